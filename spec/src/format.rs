@@ -1,0 +1,286 @@
+//! Fixed-point words: formats, rounding, saturation and width arithmetic.
+//!
+//! A word is an integer *code*; its format says which real number the code stands for.
+//! Formats are chosen at run time, so they are values, not types.
+//! All rounding, saturation and width arithmetic of the project is in this module.
+
+use std::fmt;
+use std::str::FromStr;
+
+use fixed::types::I64F64;
+
+/// A signed two's-complement format `Qm.n`: `1 + m + n` bits, `n` of them fraction bits.
+///
+/// `m` may be negative and `n` may be negative or exceed the width, for power-of-two scales.
+///
+/// # Format
+/// The code `c` stands for `c * 2^-n`, and `-2^(m+n) <= c <= 2^(m+n) - 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct QFormat {
+    width: u32,
+    fraction: i32,
+}
+
+/// Widest word that codes are kept in: sums stay below so that `i64` is exact.
+pub const MAX_WIDTH: u32 = 62;
+
+/// What a text that is no `Qm.n` was missing.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    /// Not of the shape `Qm.n`.
+    #[error("a format `Qm.n` with integers m and n expected, `{0}` found")]
+    Syntax(String),
+    /// `1 + m + n` is no usable width.
+    #[error("a width 1 + m + n of 1 to {MAX_WIDTH} bits expected, {0} found")]
+    Width(i64),
+}
+
+/// How a value between two codes is brought to one of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rounding {
+    /// To the nearest code, ties towards plus infinity: `floor(x + 1/2)`.
+    HalfUp,
+    /// Towards minus infinity: `floor(x)`, what dropping bits does.
+    Floor,
+}
+
+/// A code, and whether it was clipped to the format's range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saturated {
+    /// The code within the range.
+    pub code: i64,
+    /// True if the exact value was outside.
+    pub clipped: bool,
+}
+
+impl QFormat {
+    /// A format of `width` bits (1 to [`MAX_WIDTH`]) with `fraction` fraction bits.
+    ///
+    /// # Errors
+    /// [`FormatError::Width`] if the width is out of range.
+    pub fn new(width: u32, fraction: i32) -> Result<Self, FormatError> {
+        if (1..=MAX_WIDTH).contains(&width) && (-1000..=1000).contains(&fraction) {
+            Ok(Self { width, fraction })
+        } else {
+            Err(FormatError::Width(i64::from(width)))
+        }
+    }
+
+    /// The finest format of `width` bits that holds every value of `[low, high]`.
+    pub fn holding(width: u32, low: f64, high: f64) -> Result<Self, FormatError> {
+        let magnitude = low.abs().max(high.abs());
+        // The upper end is one step short of the power of two: try from fine to coarse.
+        let mut integer = if magnitude == 0.0 {
+            0
+        } else {
+            libm::ilogb(magnitude) - 1
+        };
+        loop {
+            let format = Self::new(width, to_i32(width) - 1 - integer)?;
+            if format.fits(low) && format.fits(high) {
+                return Ok(format);
+            }
+            integer += 1;
+        }
+    }
+
+    /// The narrowest format with `fraction` fraction bits that holds every value of `[low, high]`.
+    pub fn with_fraction(fraction: i32, low: f64, high: f64) -> Result<Self, FormatError> {
+        (1..=MAX_WIDTH)
+            .filter_map(|width| Self::new(width, fraction).ok())
+            .find(|format| format.fits(low) && format.fits(high))
+            .ok_or(FormatError::Width(i64::from(MAX_WIDTH) + 1))
+    }
+
+    fn fits(self, value: f64) -> bool {
+        !self.quantize(value, Rounding::HalfUp).clipped
+    }
+
+    /// Bits of the word, sign included.
+    pub fn width(self) -> u32 {
+        self.width
+    }
+
+    /// Fraction bits, `n` of `Qm.n`.
+    pub fn fraction(self) -> i32 {
+        self.fraction
+    }
+
+    /// Integer bits without the sign, `m` of `Qm.n`.
+    pub fn integer(self) -> i32 {
+        to_i32(self.width) - 1 - self.fraction
+    }
+
+    /// The least code.
+    pub fn min_code(self) -> i64 {
+        -(1i64 << (self.width - 1))
+    }
+
+    /// The greatest code.
+    pub fn max_code(self) -> i64 {
+        (1i64 << (self.width - 1)) - 1
+    }
+
+    /// The real number between two neighbouring codes.
+    pub fn step(self) -> f64 {
+        libm::ldexp(1.0, -self.fraction)
+    }
+
+    /// Rounds a real number to a code and saturates it.
+    pub fn quantize(self, value: f64, rounding: Rounding) -> Saturated {
+        // ldexp is exact, and beyond 2^53 a double has no fraction left to round.
+        let scaled = libm::ldexp(value, self.fraction);
+        let floor = scaled.floor();
+        let rounded = match rounding {
+            Rounding::HalfUp if scaled - floor >= 0.5 => floor + 1.0,
+            Rounding::HalfUp | Rounding::Floor => floor,
+        };
+        // The cast saturates; a NaN cannot come here, the reader refuses it.
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "saturation is what is wanted"
+        )]
+        self.saturate(rounded as i64)
+    }
+
+    /// Clips an integer in units of this format's step to its range.
+    pub fn saturate(self, code: i64) -> Saturated {
+        let clipped_code = code.clamp(self.min_code(), self.max_code());
+        Saturated {
+            code: clipped_code,
+            clipped: clipped_code != code,
+        }
+    }
+
+    /// The code if `value` is a multiple of the step inside the range.
+    pub fn exact_code(self, value: f64) -> Option<i64> {
+        let q = self.quantize(value, Rounding::Floor);
+        (!q.clipped && self.to_f64(q.code) == value).then_some(q.code)
+    }
+
+    /// The real number that a code stands for; exact while the code has at most 53 bits.
+    pub fn to_f64(self, code: i64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "documented")]
+        libm::ldexp(code as f64, -self.fraction)
+    }
+
+    /// The real number that a code stands for in exact decimal digits.
+    ///
+    /// Falls back on the nearest double where the format does not fit 64.64 bits.
+    pub fn to_decimal(self, code: i64) -> String {
+        let shift = 64 - self.fraction;
+        if (0..=64).contains(&shift) {
+            if let Some(bits) = i128::from(code).checked_mul(1i128 << shift) {
+                return I64F64::from_bits(bits).to_string();
+            }
+        }
+        self.to_f64(code).to_string()
+    }
+
+    /// Reads a decimal number and rounds it once, to the nearest code (ties up), and saturates it.
+    ///
+    /// Returns `None` if the text is no finite number.
+    pub fn parse_decimal(self, text: &str) -> Option<Saturated> {
+        let text = text.trim();
+        let value: f64 = text.parse().ok().filter(|v: &f64| v.is_finite())?;
+        let shift = 64 - self.fraction;
+        // The wide fixed-point type reads the decimal digits themselves, so there is no second
+        // rounding through a double; what it cannot hold is beyond any input word anyway.
+        match I64F64::from_str(text) {
+            Ok(wide) if (1..=100).contains(&shift) => {
+                let code = shift_right_i128(wide.to_bits(), shift.unsigned_abs(), Rounding::HalfUp);
+                Some(i64::try_from(code).map_or_else(
+                    |_| self.quantize(value, Rounding::HalfUp),
+                    |code| self.saturate(code),
+                ))
+            }
+            _ => Some(self.quantize(value, Rounding::HalfUp)),
+        }
+    }
+}
+
+/// `value / 2^shift`, rounded.
+pub fn shift_right(value: i64, shift: u32, rounding: Rounding) -> i64 {
+    match (rounding, shift) {
+        (_, 0) => value,
+        (Rounding::Floor, _) => value >> shift.min(63),
+        (Rounding::HalfUp, _) => (value + half(shift)) >> shift.min(63),
+    }
+}
+
+fn shift_right_i128(value: i128, shift: u32, rounding: Rounding) -> i128 {
+    let floor = value >> shift.min(127);
+    match rounding {
+        Rounding::HalfUp if shift > 0 && (value >> (shift - 1)) & 1 == 1 => floor + 1,
+        Rounding::HalfUp | Rounding::Floor => floor,
+    }
+}
+
+/// Half of `2^shift`: what is added before `shift` bits are dropped to round half up.
+pub fn half(shift: u32) -> i64 {
+    if shift == 0 { 0 } else { 1i64 << (shift - 1) }
+}
+
+/// Bits of the narrowest signed word that holds every integer of `[low, high]`.
+pub fn signed_width(low: i64, high: i64) -> u32 {
+    let bits = |v: i64| {
+        65 - if v < 0 {
+            (!v).leading_zeros()
+        } else {
+            v.leading_zeros()
+        }
+    };
+    bits(low).max(bits(high)).max(1)
+}
+
+/// Bits of the narrowest unsigned word that holds `0..=high`, at least one.
+pub fn unsigned_width(high: u64) -> u32 {
+    (64 - high.leading_zeros()).max(1)
+}
+
+/// The lowest `width` bits of a code, as they stand in a register.
+pub fn to_bits(code: i64, width: u32) -> u64 {
+    code.cast_unsigned() & (u64::MAX >> (64 - width))
+}
+
+/// The code whose lowest `width` bits are these: the inverse of [`to_bits`].
+pub fn from_bits(bits: u64, width: u32) -> i64 {
+    (bits << (64 - width)).cast_signed() >> (64 - width)
+}
+
+fn to_i32(width: u32) -> i32 {
+    width.cast_signed()
+}
+
+impl fmt::Display for QFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Q{}.{}", self.integer(), self.fraction)
+    }
+}
+
+impl FromStr for QFormat {
+    type Err = FormatError;
+
+    fn from_str(text: &str) -> Result<Self, FormatError> {
+        let syntax = || FormatError::Syntax(text.to_owned());
+        let (m, n) = text
+            .strip_prefix('Q')
+            .and_then(|t| t.split_once('.'))
+            .ok_or_else(syntax)?;
+        let (m, n): (i32, i32) = (
+            m.parse().map_err(|_| syntax())?,
+            n.parse().map_err(|_| syntax())?,
+        );
+        let width = 1 + i64::from(m) + i64::from(n);
+        u32::try_from(width)
+            .ok()
+            .and_then(|w| Self::new(w, n).ok())
+            .ok_or(FormatError::Width(width))
+    }
+}
+
+impl serde::Serialize for QFormat {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

@@ -1,0 +1,4 @@
+//! What hwgen computes, in which format, in which cycle.
+
+pub mod format;
+pub mod network;
