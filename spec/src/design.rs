@@ -1,0 +1,425 @@
+//! A design: integers plus architecture, with every derived number derived once.
+//!
+//! A design is a pipeline of stages with frame streams between them; the AXI4-Stream ports are
+//! its ends. Today there is one kind of stage, the [`Perceptron`].
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::folding::{self, Fold};
+use crate::network::FloatNet;
+use crate::options::{Budget, Options};
+use crate::quantize::{InputFormat, QuantLayer, QuantNet, QuantizeError, quantize};
+use crate::schedule::Schedule;
+
+/// Why a float network can't become a design.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// A format or an option can't be met.
+    #[error(transparent)]
+    Quantize(#[from] QuantizeError),
+    /// The budget is beyond what any folding reaches.
+    #[error("{option}: at least {least} expected, {found} found")]
+    Budget {
+        /// The option's name.
+        option: &'static str,
+        /// The least that can be met.
+        least: u32,
+        /// What was asked for.
+        found: u32,
+    },
+    /// The design's name would hide one of the static cells.
+    #[error("name: a name that does not begin with `hwg_` expected, `{0}` found")]
+    ReservedName(String),
+}
+
+impl DesignError {
+    /// One line that says how to mend it.
+    pub fn help(&self) -> String {
+        match self {
+            Self::Quantize(e) => e.help(),
+            Self::Budget { option, least, .. } => format!("give --{option} {least} or more"),
+            Self::ReservedName(_) => "rename the design: its cells are called hwg_*".into(),
+        }
+    }
+}
+
+/// How a layer's array gets its operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Feed {
+    /// A register holds the whole vector and replays it for each group of neurons.
+    Replay,
+    /// The beats of the layer before are consumed as they come.
+    Direct,
+}
+
+/// A layer with its array.
+///
+/// The array computes `fold.pe` neurons in parallel with `fold.simd` inputs a cycle each, in
+/// `neuron_folds * synapse_folds` cycles a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// The integers.
+    pub quant: Arc<QuantLayer>,
+    /// Parallelism.
+    pub fold: Fold,
+    /// Words of a beat that the layer puts out: requantizers and activation units.
+    pub lanes: usize,
+    /// Where the operands come from.
+    pub feed: Feed,
+}
+
+impl Layer {
+    /// Groups of `pe` neurons.
+    pub fn neuron_folds(&self) -> usize {
+        self.quant.outputs().div_ceil(self.fold.pe)
+    }
+
+    /// Groups of `simd` inputs.
+    pub fn synapse_folds(&self) -> usize {
+        self.quant.inputs().div_ceil(self.fold.simd)
+    }
+
+    /// Words of each weight ROM, cycles of a frame in the array.
+    pub fn folds(&self) -> usize {
+        self.neuron_folds() * self.synapse_folds()
+    }
+
+    /// Beats that hold the layer's outputs.
+    pub fn output_beats(&self) -> usize {
+        self.quant.outputs().div_ceil(self.lanes)
+    }
+
+    /// Beats that the array brings forth, those that are padding alone included.
+    pub fn array_beats(&self) -> usize {
+        self.neuron_folds() * self.fold.pe / self.lanes
+    }
+
+    /// Beats of one group of neurons.
+    pub fn drain_beats(&self) -> usize {
+        self.fold.pe / self.lanes
+    }
+
+    /// Whether partial sums are accumulated over several cycles.
+    pub fn accumulates(&self) -> bool {
+        self.synapse_folds() > 1
+    }
+
+    /// Levels of the adder tree behind `simd` multipliers.
+    pub fn tree_levels(&self) -> usize {
+        usize::try_from(self.fold.simd.next_power_of_two().ilog2()).expect("a small number")
+    }
+
+    /// The neuron whose sum is formed by `pe` in cycle `fold` of a frame; `None` for padding.
+    pub fn neuron(&self, pe: usize, fold: usize) -> Option<usize> {
+        let neuron = fold / self.synapse_folds() * self.fold.pe + pe;
+        (neuron < self.quant.outputs()).then_some(neuron)
+    }
+
+    /// The input read by multiplier `simd` in cycle `fold` of a frame; `None` for padding.
+    pub fn input(&self, simd: usize, fold: usize) -> Option<usize> {
+        let input = fold % self.synapse_folds() * self.fold.simd + simd;
+        (input < self.quant.inputs()).then_some(input)
+    }
+
+    /// Weight codes of `pe` in cycle `fold`, one a multiplier, zero for padding.
+    pub fn weight_word(&self, pe: usize, fold: usize) -> Vec<i64> {
+        (0..self.fold.simd)
+            .map(|simd| match (self.neuron(pe, fold), self.input(simd, fold)) {
+                (Some(n), Some(i)) => self.quant.weights[n][i],
+                _ => 0,
+            })
+            .collect()
+    }
+
+    /// Bias and extra shift of output beat `beat`, one a lane, zero for padding.
+    pub fn bias_word(&self, beat: usize) -> Vec<(i64, u32)> {
+        (beat * self.lanes..(beat + 1) * self.lanes)
+            .map(|n| match self.quant.bias.get(n) {
+                Some(bias) => (*bias, self.quant.extra_shift[n]),
+                None => (0, 0),
+            })
+            .collect()
+    }
+
+    /// Multipliers of the array.
+    pub fn multipliers(&self) -> usize {
+        self.fold.pe * self.fold.simd
+    }
+
+    /// Multiplications of a frame.
+    pub fn macs(&self) -> usize {
+        self.quant.inputs() * self.quant.outputs()
+    }
+}
+
+/// One network of a perceptron stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkPlan {
+    /// Its name.
+    pub name: String,
+    /// Its own layers.
+    pub layers: Vec<Layer>,
+    /// Names of its outputs.
+    pub output_names: Vec<String>,
+    /// Unit of its outputs.
+    pub unit: String,
+}
+
+impl NetworkPlan {
+    /// The layer whose words leave the network.
+    pub fn last(&self) -> &Layer {
+        self.layers.last().expect("a network has a layer")
+    }
+}
+
+/// A stage of multilayer perceptrons that read the same frame.
+///
+/// Inside there is no back-pressure: a frame is let in when `interval` cycles have passed since
+/// the one before and fewer than `credits` are under way; the output FIFOs hold that many.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Perceptron {
+    /// Layers that all networks read.
+    pub shared: Vec<Layer>,
+    /// The networks.
+    pub networks: Vec<NetworkPlan>,
+    /// Frames under way at most.
+    pub credits: usize,
+}
+
+impl Perceptron {
+    /// All layers, shared ones first, then network by network.
+    pub fn layers(&self) -> impl Iterator<Item = &Layer> {
+        self.shared.iter().chain(self.networks.iter().flat_map(|n| &n.layers))
+    }
+}
+
+/// A stage of the pipeline.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Stage {
+    /// Multilayer perceptrons.
+    Perceptron(Perceptron),
+}
+
+/// One of the two AXI4-Streams.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Port {
+    /// Words of a frame.
+    pub words: usize,
+    /// Words of a beat; word 0 of a beat stands in the lowest lane.
+    pub words_per_beat: usize,
+    /// Bits of a lane, whole bytes; words are sign-extended to it.
+    pub lane_bits: u32,
+}
+
+impl Port {
+    fn new(words: usize, widest: u32, interval: usize) -> Self {
+        let words_per_beat = words.div_ceil(interval);
+        Self { words, words_per_beat, lane_bits: widest.next_power_of_two().max(8) }
+    }
+
+    /// Beats of a frame.
+    pub fn beats(&self) -> usize {
+        self.words.div_ceil(self.words_per_beat)
+    }
+
+    /// Bits of TDATA.
+    pub fn data_bits(&self) -> usize {
+        self.words_per_beat * usize::try_from(self.lane_bits).expect("a small number")
+    }
+}
+
+/// Everything that the generator and the models need to know. A `Design` that exists is valid.
+///
+/// ```
+/// use hwgen_spec::{design::Design, options::Options, weights};
+/// let file = br#"{"format": "hwgen-weights/1", "name": "tiny",
+///   "inputs": {"min": [-1, -1], "max": [1, 1]},
+///   "networks": [{"name": "net", "layers": [
+///     {"activation": "tanh", "weights": [[1, 0.5], [0.25, -1]]},
+///     {"activation": "linear", "weights": [[1, 1]]}]}]}"#;
+/// let design = Design::new(&weights::read(file)?, &Options::default())?;
+/// let answer = design.net().evaluate(&design.input().codes(&[0.5, 0.25]));
+/// let y = design.net().real_outputs(&answer.codes)[0];
+/// assert!((y - (0.625f64.tanh() + (-0.125f64).tanh())).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    name: String,
+    input_names: Vec<String>,
+    input_unit: String,
+    options: Options,
+    net: QuantNet,
+    stages: Vec<Stage>,
+    source: Port,
+    sink: Port,
+    schedule: Schedule,
+}
+
+impl Design {
+    /// Quantizes, folds and schedules a network.
+    ///
+    /// # Errors
+    /// [`DesignError`] where an option can't be met.
+    pub fn new(net: &FloatNet, options: &Options) -> Result<Self, DesignError> {
+        if net.name.to_ascii_lowercase().starts_with("hwg_") {
+            return Err(DesignError::ReservedName(net.name.clone()));
+        }
+        let quant = quantize(net, options)?;
+        let allowed = match options.budget {
+            Budget::Interval(0) => {
+                return Err(DesignError::Budget { option: "interval", least: 1, found: 0 });
+            }
+            Budget::Interval(interval) => interval,
+            Budget::Multipliers(found) => folding::interval_for(&quant, found).map_err(|least| {
+                DesignError::Budget { option: "multipliers", least, found }
+            })?,
+        };
+        let mut perceptron = folding::fold(&quant, to_usize(allowed));
+        let interval = perceptron.layers().map(|l| l.folds().max(l.array_beats())).max().expect("there is a layer");
+        let words: usize = quant.networks.iter().map(|n| n.output_names.len()).sum();
+        let widest = perceptron.networks.iter().map(|n| n.last().quant.output.width()).max();
+        let source = Port::new(quant.input.low.len(), quant.input.format.width(), interval);
+        let sink = Port::new(words, widest.expect("there is a network"), interval);
+        let schedule = Schedule::of(&perceptron, &source, &sink);
+        perceptron.credits = schedule.credits;
+        Ok(Self {
+            name: net.name.clone(),
+            input_names: net.inputs.names.clone(),
+            input_unit: net.inputs.unit.clone(),
+            options: options.clone(),
+            net: quant,
+            stages: vec![Stage::Perceptron(perceptron)],
+            source,
+            sink,
+            schedule,
+        })
+    }
+
+    /// Name of the top module.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Names of the inputs in stream order.
+    pub fn input_names(&self) -> &[String] {
+        &self.input_names
+    }
+
+    /// Unit of the raw inputs, possibly empty.
+    pub fn input_unit(&self) -> &str {
+        &self.input_unit
+    }
+
+    /// The choices that the design was made with.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The integers without architecture.
+    pub fn net(&self) -> &QuantNet {
+        &self.net
+    }
+
+    /// The input words.
+    pub fn input(&self) -> &InputFormat {
+        &self.net.input
+    }
+
+    /// The stages in stream order.
+    pub fn stages(&self) -> &[Stage] {
+        &self.stages
+    }
+
+    /// The perceptron stage.
+    pub fn perceptron(&self) -> &Perceptron {
+        let Stage::Perceptron(perceptron) = &self.stages[0];
+        perceptron
+    }
+
+    /// The stream of inputs.
+    pub fn source(&self) -> &Port {
+        &self.source
+    }
+
+    /// The stream of outputs.
+    pub fn sink(&self) -> &Port {
+        &self.sink
+    }
+
+    /// When what happens.
+    pub fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    /// Cycles between two frames in continuous flow.
+    pub fn interval_cycles(&self) -> usize {
+        self.schedule.interval
+    }
+
+    /// Clock cycles from the edge that takes the first input beat to the edge that hands over
+    /// the last output beat, in an idle core.
+    pub fn latency_cycles(&self) -> usize {
+        self.schedule.latency
+    }
+
+    /// Multipliers of the arrays.
+    pub fn multipliers(&self) -> usize {
+        self.perceptron().layers().map(Layer::multipliers).sum()
+    }
+
+    /// Multipliers of the activation units.
+    pub fn activation_multipliers(&self) -> usize {
+        let with_table = |l: &&Layer| l.quant.table.is_some();
+        self.perceptron().layers().filter(with_table).map(|l| l.lanes).sum()
+    }
+
+    /// Multiplications of a frame in the arrays.
+    pub fn macs(&self) -> usize {
+        self.perceptron().layers().map(Layer::macs).sum()
+    }
+
+    /// Share of the multipliers' cycles that does useful work.
+    pub fn mac_utilization(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+        let ratio = |a: usize, b: usize| a as f64 / b as f64;
+        ratio(self.macs(), self.multipliers() * self.interval_cycles())
+    }
+
+    /// Bits of all ROMs: weights, biases with shifts, segments.
+    pub fn rom_bits(&self) -> usize {
+        self.perceptron()
+            .layers()
+            .map(|l| {
+                let weights = l.folds() * l.multipliers() * to_usize(l.quant.weight_format.width());
+                let bias = l.array_beats() * l.lanes * to_usize(bias_rom_width(&l.quant));
+                let table = l.quant.table.as_ref().map_or(0, |t| {
+                    l.lanes * t.segments() * to_usize(t.offset_width() + t.slope_width())
+                });
+                weights + bias + table
+            })
+            .sum()
+    }
+}
+
+/// Bits of one neuron's entry in the bias ROM: the bias and its extra shift.
+pub fn bias_rom_width(layer: &QuantLayer) -> u32 {
+    layer.biased_width + extra_shift_width(layer)
+}
+
+/// Bits of a neuron's extra shift, zero where no neuron has one.
+pub fn extra_shift_width(layer: &QuantLayer) -> u32 {
+    match layer.max_extra_shift() {
+        0 => 0,
+        most => crate::format::unsigned_width(most.into()),
+    }
+}
+
+pub(crate) fn to_usize(value: u32) -> usize {
+    usize::try_from(value).expect("usize has at least 32 bits")
+}

@@ -1,0 +1,72 @@
+//! What a user may set when a design is made from weights.
+
+use serde::{Deserialize, Serialize};
+
+/// A width for every layer, or for the layer that is named.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WidthSetting {
+    /// Name of a layer such as `position_l0`; every layer where absent.
+    pub layer: Option<String>,
+    /// Bits of the word, sign included.
+    pub bits: u32,
+}
+
+/// How much hardware to spend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// At most so many clock cycles between two frames.
+    Interval(u32),
+    /// At most so many multipliers in the arrays.
+    Multipliers(u32),
+}
+
+impl Default for Budget {
+    /// 64 cycles a frame.
+    fn default() -> Self {
+        Self::Interval(64)
+    }
+}
+
+/// Choices that turn one weights file into one design.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// Interval or multipliers.
+    #[serde(default)]
+    pub budget: Budget,
+    /// Weight widths, later settings winning; [`DEFAULT_WEIGHT_BITS`] where nothing is said.
+    #[serde(default)]
+    pub weight_bits: Vec<WidthSetting>,
+    /// Widths of hidden words; see [`DEFAULT_BOUNDED_BITS`] and [`DEFAULT_UNBOUNDED_BITS`].
+    #[serde(default)]
+    pub activation_bits: Vec<WidthSetting>,
+    /// Segments of the activation table; as many as keep it below two output steps if absent.
+    #[serde(default)]
+    pub segments: Option<u32>,
+    /// Width of the output words; [`DEFAULT_OUTPUT_BITS`] if absent.
+    #[serde(default)]
+    pub output_bits: Option<u32>,
+}
+
+/// Width of weights.
+pub const DEFAULT_WEIGHT_BITS: u32 = 16;
+/// Width of the words behind tanh and sigmoid.
+pub const DEFAULT_BOUNDED_BITS: u32 = 13;
+/// Width of the words behind hidden linear and ReLU layers.
+pub const DEFAULT_UNBOUNDED_BITS: u32 = 16;
+/// Width of the output words.
+pub const DEFAULT_OUTPUT_BITS: u32 = 24;
+/// Width of the input words where the file gives no resolution.
+pub const DEFAULT_INPUT_BITS: u32 = 16;
+/// Widths that may be set for weights and hidden words.
+pub const OPERAND_BITS: std::ops::RangeInclusive<u32> = 3..=24;
+/// Widths that may be set for output words.
+pub const OUTPUT_BITS: std::ops::RangeInclusive<u32> = 4..=32;
+
+/// The last setting that speaks of `layer`, a named one before a general one.
+pub fn width_of(settings: &[WidthSetting], layer: &str) -> Option<u32> {
+    let named = settings.iter().rev().find(|s| s.layer.as_deref() == Some(layer));
+    let general = || settings.iter().rev().find(|s| s.layer.is_none());
+    named.or_else(general).map(|s| s.bits)
+}

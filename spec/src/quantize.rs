@@ -1,0 +1,359 @@
+//! From a float network to integers: formats derived, scales folded, sums bounded by proof.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use self::layer::{Quantizer, Signal};
+use crate::activation::OddTable;
+use crate::format::{QFormat, Rounding};
+use crate::network::{Activation, FloatLayer, FloatNet, LayerFormat};
+use crate::options::{DEFAULT_INPUT_BITS, OPERAND_BITS, OUTPUT_BITS, Options, WidthSetting};
+
+mod layer;
+
+/// Why a float network can't become an integer one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum QuantizeError {
+    /// An option names a layer that the design does not have.
+    #[error("option {option}: a layer of {known} expected, `{found}` found")]
+    UnknownLayer {
+        /// The option's name.
+        option: &'static str,
+        /// What it named.
+        found: String,
+        /// The layers there are.
+        known: String,
+    },
+    /// A width outside the legal range.
+    #[error("{what}: {low} to {high} bits expected, {found} found")]
+    Width {
+        /// Of what.
+        what: String,
+        /// Least legal width.
+        low: u32,
+        /// Greatest legal width.
+        high: u32,
+        /// The width asked for or needed.
+        found: i64,
+    },
+    /// A number of segments that is no power of two in the legal range.
+    #[error("segments: a power of two from 4 to {high} expected, {found} found")]
+    Segments {
+        /// One segment a code.
+        high: u32,
+        /// The number asked for.
+        found: u32,
+    },
+    /// A format fixed by the trainer that the layer's activation can't have.
+    #[error("{layer}: an activations format {expected} expected, {found} found")]
+    ActivationFormat {
+        /// The layer's name.
+        layer: String,
+        /// What would do.
+        expected: String,
+        /// The format in the file.
+        found: QFormat,
+    },
+    /// A sum that no word is wide enough for.
+    #[error("{layer}: sums of at most 52 bits expected, {found} bits needed")]
+    SumWidth {
+        /// The layer's name.
+        layer: String,
+        /// The bits that interval analysis asks for.
+        found: u32,
+    },
+}
+
+impl QuantizeError {
+    /// One line that says how to mend it.
+    pub fn help(&self) -> String {
+        match self {
+            Self::UnknownLayer { .. } => "name one of the layers listed, or none for all".into(),
+            Self::Width { what, .. } if what.starts_with("inputs") => {
+                "give a coarser `resolution` or a smaller box".into()
+            }
+            Self::Width { .. } => "choose a width in the range".into(),
+            Self::Segments { .. } => "choose a power of two, or leave the option out".into(),
+            Self::ActivationFormat { .. } => "change the layer's `format.activations`".into(),
+            Self::SumWidth { .. } => "use narrower weights or activations".into(),
+        }
+    }
+}
+
+/// Sums stay below this so that double precision holds them exactly.
+const MAX_SUM_WIDTH: u32 = 52;
+
+/// The input words of a design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputFormat {
+    /// Format of every input word, raw units.
+    pub format: QFormat,
+    /// Least code of each input: the lower edge of the box.
+    pub low: Vec<i64>,
+    /// Greatest code of each input: the upper edge of the box.
+    pub high: Vec<i64>,
+}
+
+/// A layer in integers: `y = act(((W x << product_shift) + bias) >> shift)`.
+///
+/// # Format
+/// Neuron `i` has weights of fraction `weights.fraction() + extra_shift[i]`; its sum is brought
+/// back by `base_shift + extra_shift[i]` places to [`pre`](Self::pre), the activation's argument.
+/// The bias carries half an output step, so that dropping the bits rounds half up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantLayer {
+    /// `shared_l0`, `position_l1`: unique in the design.
+    pub name: String,
+    /// Name of its network, `shared` for the shared layers.
+    pub network: String,
+    /// Place among the layers of its network.
+    pub index: usize,
+    /// The activation.
+    pub activation: Activation,
+    /// Format of the input words.
+    pub input: QFormat,
+    /// Format of the weights of a neuron without extra shift.
+    pub weight_format: QFormat,
+    /// Weight codes, `[out][in]`.
+    pub weights: Vec<Vec<i64>>,
+    /// Bias codes with the rounding half, in units of the shifted sum.
+    pub bias: Vec<i64>,
+    /// Extra fraction bits of each neuron's weights.
+    pub extra_shift: Vec<u32>,
+    /// Places by which the sum is moved up before the bias is added.
+    pub product_shift: u32,
+    /// Places dropped after the bias was added, extra shift aside.
+    pub base_shift: u32,
+    /// Format of the activation's argument; the output's own for linear and ReLU.
+    pub pre: QFormat,
+    /// Format of the output words.
+    pub output: QFormat,
+    /// The table of tanh and sigmoid.
+    pub table: Option<Arc<OddTable>>,
+    /// Bits that hold every partial sum of products for every input word, in the box or not.
+    pub sum_width: u32,
+    /// Bits that hold every sum with bias.
+    pub biased_width: u32,
+    /// Range of the exact output before saturation, over the input box, in real units.
+    pub proved_range: (f64, f64),
+}
+
+impl QuantLayer {
+    /// Number of inputs.
+    pub fn inputs(&self) -> usize {
+        self.weights[0].len()
+    }
+
+    /// Number of neurons.
+    pub fn outputs(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Greatest extra shift, zero if no neuron has one.
+    pub fn max_extra_shift(&self) -> u32 {
+        self.extra_shift.iter().copied().max().unwrap_or(0)
+    }
+}
+
+/// One network in integers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantNetwork {
+    /// Its name.
+    pub name: String,
+    /// Its own layers.
+    pub layers: Vec<QuantLayer>,
+    /// Names of its outputs.
+    pub output_names: Vec<String>,
+    /// Unit of its outputs.
+    pub unit: String,
+}
+
+/// All networks in integers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantNet {
+    /// The input words.
+    pub input: InputFormat,
+    /// Layers that all networks read.
+    pub shared: Vec<QuantLayer>,
+    /// The networks.
+    pub networks: Vec<QuantNetwork>,
+}
+
+
+/// Chooses every format and turns every number into a code.
+///
+/// # Errors
+/// [`QuantizeError`] where an option or a trainer's format can't be met.
+pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeError> {
+    let folded = fold_scales(net);
+    check_options(&folded, options)?;
+    let input = input_format(net)?;
+    let mut quantizer = Quantizer { options, tables: BTreeMap::new() };
+    let mut signal = Signal::raw(net, &input);
+    let mut shared = Vec::new();
+    for (index, layer) in folded.shared.iter().enumerate() {
+        let consumers: Vec<&FloatLayer> = match folded.shared.get(index + 1) {
+            Some((_, next)) => vec![next],
+            None => folded.networks.iter().map(|n| &n[0].1).collect(),
+        };
+        let q = quantizer.layer(layer, ("shared", index), &signal, &consumers)?;
+        signal = q.1;
+        shared.push(q.0);
+    }
+    let mut networks = Vec::new();
+    for (network, layers) in net.networks.iter().zip(&folded.networks) {
+        let mut signal = signal.clone();
+        let mut quantized = Vec::new();
+        for (index, layer) in layers.iter().enumerate() {
+            let consumers: Vec<_> = layers.get(index + 1).map(|(_, l)| l).into_iter().collect();
+            let q = quantizer.layer(layer, (&network.name, index), &signal, &consumers)?;
+            signal = q.1;
+            quantized.push(q.0);
+        }
+        networks.push(QuantNetwork {
+            name: network.name.clone(),
+            layers: quantized,
+            output_names: network.outputs.names.clone(),
+            unit: network.outputs.unit.clone(),
+        });
+    }
+    Ok(QuantNet { input, shared, networks })
+}
+
+/// A layer, raw-unit maps folded in, and its name.
+type FoldedLayer = (String, FloatLayer);
+
+struct Folded {
+    shared: Vec<FoldedLayer>,
+    networks: Vec<Vec<FoldedLayer>>,
+}
+
+/// Puts the input and output maps into the first and last layers.
+///
+/// Where the trainer fixed a layer's format, or the last activation is not linear, the map
+/// becomes a diagonal linear layer of its own, `shared_in` or `<network>_out`.
+fn fold_scales(net: &FloatNet) -> Folded {
+    let named = |prefix: &str, layers: &[FloatLayer]| -> Vec<FoldedLayer> {
+        let name = |i| format!("{prefix}_l{i}");
+        layers.iter().enumerate().map(|(i, l)| (name(i), l.clone())).collect()
+    };
+    let mut shared = named("shared", &net.shared);
+    let mut networks: Vec<Vec<FoldedLayer>> =
+        net.networks.iter().map(|n| named(&n.name, &n.layers)).collect();
+
+    let scaled = net.inputs.scale.iter().any(|s| *s != 1.0);
+    let fixed = |l: &FloatLayer| l.format.weights.is_some();
+    let any_fixed = match shared.first() {
+        Some((_, first)) => fixed(first),
+        None => networks.iter().any(|layers| fixed(&layers[0].1)),
+    };
+    if scaled && any_fixed {
+        shared.insert(0, ("shared_in".into(), diagonal(&net.inputs.scale, None)));
+    } else {
+        let scale_columns = |layer: &mut FloatLayer| {
+            for (mut column, scale) in layer.weights.column_iter_mut().zip(&net.inputs.scale) {
+                column *= *scale;
+            }
+        };
+        match shared.first_mut() {
+            Some((_, first)) => scale_columns(first),
+            None => networks.iter_mut().for_each(|layers| scale_columns(&mut layers[0].1)),
+        }
+    }
+    for (network, layers) in net.networks.iter().zip(&mut networks) {
+        let map = &network.outputs;
+        if map.scale.iter().all(|s| *s == 1.0) && map.offset.iter().all(|o| *o == 0.0) {
+            continue;
+        }
+        let (_, last) = layers.last_mut().expect("a network has a layer");
+        if last.activation == Activation::Linear && last.format == LayerFormat::default() {
+            for (i, (scale, offset)) in map.scale.iter().zip(&map.offset).enumerate() {
+                last.weights.row_mut(i).scale_mut(*scale);
+                last.bias[i] = last.bias[i] * scale + offset;
+            }
+        } else {
+            let name = format!("{}_out", network.name);
+            layers.push((name, diagonal(&map.scale, Some(&map.offset))));
+        }
+    }
+    Folded { shared, networks }
+}
+
+fn diagonal(scale: &[f64], offset: Option<&[f64]>) -> FloatLayer {
+    FloatLayer {
+        activation: Activation::Linear,
+        weights: DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(scale)),
+        bias: offset.map_or_else(|| vec![0.0; scale.len()], <[f64]>::to_vec),
+        format: LayerFormat::default(),
+    }
+}
+
+fn check_options(folded: &Folded, options: &Options) -> Result<(), QuantizeError> {
+    let layers = folded.shared.iter().chain(folded.networks.iter().flatten());
+    let known: Vec<&str> = layers.map(|(name, _)| name.as_str()).collect();
+    let check = |option: &'static str, settings: &[WidthSetting]| {
+        for setting in settings {
+            check_width(option.into(), setting.bits.into(), &OPERAND_BITS)?;
+            let layer = setting.layer.as_deref();
+            if let Some(found) = layer.filter(|name| !known.contains(name)) {
+                let (found, known) = (found.to_owned(), known.join(", "));
+                return Err(QuantizeError::UnknownLayer { option, found, known });
+            }
+        }
+        Ok(())
+    };
+    check("weight-bits", &options.weight_bits)?;
+    check("activation-bits", &options.activation_bits)?;
+    if let Some(bits) = options.output_bits {
+        check_width("output-bits".into(), bits.into(), &OUTPUT_BITS)?;
+    }
+    Ok(())
+}
+
+fn check_width(
+    what: String,
+    found: i64,
+    legal: &std::ops::RangeInclusive<u32>,
+) -> Result<(), QuantizeError> {
+    let (low, high) = (*legal.start(), *legal.end());
+    if (i64::from(low)..=i64::from(high)).contains(&found) {
+        return Ok(());
+    }
+    Err(QuantizeError::Width { what, low, high, found })
+}
+
+fn input_format(net: &FloatNet) -> Result<InputFormat, QuantizeError> {
+    let inputs = &net.inputs;
+    let low = inputs.min.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = inputs.max.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let too_wide = |found: i64| QuantizeError::Width {
+        what: "inputs: words for the box at this resolution".into(),
+        low: *OPERAND_BITS.start(),
+        high: *OPERAND_BITS.end(),
+        found,
+    };
+    let mut format = match inputs.resolution {
+        // The coarsest power of two that is no coarser than the resolution.
+        Some(resolution) => {
+            let floor = libm::ilogb(resolution);
+            QFormat::with_fraction(-floor, low, high).map_err(|_| too_wide(64))?
+        }
+        None => QFormat::holding(DEFAULT_INPUT_BITS, low, high).map_err(|_| too_wide(64))?,
+    };
+    if format.width() < *OPERAND_BITS.start() {
+        format = QFormat::new(*OPERAND_BITS.start(), format.fraction()).map_err(|_| too_wide(0))?;
+    }
+    if format.width() > *OPERAND_BITS.end() {
+        return Err(too_wide(format.width().into()));
+    }
+    let code = |v: &f64| format.quantize(*v, Rounding::HalfUp).code;
+    Ok(InputFormat {
+        format,
+        low: inputs.min.iter().map(code).collect(),
+        high: inputs.max.iter().map(code).collect(),
+    })
+}
+

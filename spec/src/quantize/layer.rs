@@ -1,0 +1,361 @@
+//! One layer: its formats, its codes, the proof that its sums fit.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError, check_width};
+use crate::activation::{FRACTION_RANGE, OddTable};
+use crate::format::{QFormat, Rounding, half, signed_width};
+use crate::network::{Activation, FloatLayer, FloatNet};
+use crate::options::{
+    DEFAULT_BOUNDED_BITS, DEFAULT_OUTPUT_BITS, DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS,
+    OPERAND_BITS, Options, width_of,
+};
+
+/// A word beyond this argument adds nothing to a tanh of unit slope.
+const SATURATING_ARGUMENT: f64 = 8.0;
+/// Scales per neuron are used where they take a neuron's rounding error down by this factor.
+const EXTRA_SHIFT_GAIN: f64 = 4.0;
+/// Greatest extra shift of a neuron.
+const MAX_EXTRA_SHIFT: u32 = 15;
+
+/// What flows between layers while formats are chosen.
+#[derive(Clone)]
+pub(super) struct Signal {
+    pub(super) format: QFormat,
+    /// Least and greatest code of each word, over the input box.
+    range: Vec<(i64, i64)>,
+    /// Typical distance of each word from its centre, in real units.
+    spread: Vec<f64>,
+    /// What the first layer subtracts from raw inputs.
+    centre: Option<Vec<f64>>,
+}
+
+impl Signal {
+    pub(super) fn raw(net: &FloatNet, input: &InputFormat) -> Self {
+        let edges = net.inputs.min.iter().zip(&net.inputs.max);
+        Self {
+            format: input.format,
+            range: input.low.iter().copied().zip(input.high.iter().copied()).collect(),
+            // The standard deviation of a uniform distribution over the box.
+            spread: edges.map(|(min, max)| (max - min) / 12f64.sqrt()).collect(),
+            centre: Some(net.inputs.offset.clone()),
+        }
+    }
+}
+
+/// Quantizes layers one after the other, sharing activation tables.
+pub(super) struct Quantizer<'a> {
+    pub(super) options: &'a Options,
+    pub(super) tables: BTreeMap<u32, Arc<OddTable>>,
+}
+
+/// The formats behind the sum.
+struct Behind {
+    pre: QFormat,
+    output: QFormat,
+    table: Option<Arc<OddTable>>,
+}
+
+impl Quantizer<'_> {
+    /// One layer in integers, and the signal that it puts out.
+    pub(super) fn layer(
+        &mut self,
+        (name, layer): &FoldedLayer,
+        (network, index): (&str, usize),
+        input: &Signal,
+        consumers: &[&FloatLayer],
+    ) -> Result<(QuantLayer, Signal), QuantizeError> {
+        let weight_format = self.weight_format(name, layer)?;
+        let bias_real = |weights: &[Vec<f64>]| centred_bias(layer, weights, input);
+        let rows: Vec<Vec<f64>> =
+            layer.weights.row_iter().map(|r| r.iter().copied().collect()).collect();
+
+        // First with the float weights, to see the range that the output format has to hold.
+        let range = real_range(&rows, &bias_real(&rows), input);
+        let provisional = self.behind(name, layer, range, consumers)?;
+        let extra_shift = if layer.format.weights.is_some() {
+            vec![0; rows.len()]
+        } else {
+            extra_shifts(&rows, weight_format, provisional.pre, input)
+        };
+
+        let weights: Vec<Vec<i64>> = rows
+            .iter()
+            .zip(&extra_shift)
+            .map(|(row, extra)| {
+                let format = finer(weight_format, *extra);
+                row.iter().map(|w| format.quantize(*w, Rounding::HalfUp).code).collect()
+            })
+            .collect();
+        let quantized: Vec<Vec<f64>> = weights
+            .iter()
+            .zip(&extra_shift)
+            .map(|(row, extra)| {
+                row.iter().map(|w| finer(weight_format, *extra).to_f64(*w)).collect()
+            })
+            .collect();
+        let bias_values = bias_real(&quantized);
+        let proved_range = real_range(&quantized, &bias_values, input);
+        let Behind { pre, output, table } = self.behind(name, layer, proved_range, consumers)?;
+
+        let product_fraction = input.format.fraction() + weight_format.fraction();
+        let bias_fraction = layer.format.bias.map_or(product_fraction, QFormat::fraction);
+        let biased_fraction = product_fraction.max(bias_fraction).max(pre.fraction());
+        let product_shift = places(biased_fraction - product_fraction);
+        let base_shift = places(biased_fraction - pre.fraction());
+
+        let (mut sum_bound, mut bias_bound) = (0i64, 0i64);
+        let mut bias = Vec::new();
+        for (i, row) in weights.iter().enumerate() {
+            let extra = extra_shift[i];
+            // 62 bits are wide enough to quantize any bias before its width is judged.
+            let format = QFormat::new(62, biased_fraction + extra.cast_signed())
+                .map_err(|_| QuantizeError::SumWidth { layer: name.clone(), found: 62 })?;
+            let exact = format.quantize(bias_values[i], Rounding::HalfUp).code;
+            bias.push(exact.saturating_add(half(base_shift + extra)));
+            let magnitude: i64 = row.iter().map(|w| w.abs()).sum();
+            sum_bound = sum_bound.max(magnitude << (input.format.width() - 1));
+            bias_bound = bias_bound.max(bias[i].saturating_abs());
+        }
+        let biased_bound = i128::from(sum_bound) << product_shift.min(64);
+        let biased_bound = i64::try_from(biased_bound + i128::from(bias_bound)).unwrap_or(i64::MAX);
+        let sum_width = signed_width(-sum_bound, sum_bound);
+        let biased_width = signed_width(-biased_bound, biased_bound);
+        if biased_width > MAX_SUM_WIDTH {
+            return Err(QuantizeError::SumWidth { layer: name.clone(), found: biased_width });
+        }
+
+        let quant = QuantLayer {
+            name: name.clone(),
+            network: network.to_owned(),
+            index,
+            activation: layer.activation,
+            input: input.format,
+            weight_format,
+            weights,
+            bias,
+            extra_shift,
+            product_shift,
+            base_shift,
+            pre,
+            output,
+            table,
+            sum_width,
+            biased_width,
+            proved_range,
+        };
+        let signal = signal_behind(&quant, input);
+        Ok((quant, signal))
+    }
+
+    fn weight_format(&self, name: &str, layer: &FloatLayer) -> Result<QFormat, QuantizeError> {
+        if let Some(format) = layer.format.weights {
+            return Ok(format);
+        }
+        let bits = width_of(&self.options.weight_bits, name).unwrap_or(DEFAULT_WEIGHT_BITS);
+        QFormat::holding(bits, layer.weights.min(), layer.weights.max()).map_err(|_| {
+            QuantizeError::SumWidth { layer: name.to_owned(), found: MAX_SUM_WIDTH + 1 }
+        })
+    }
+
+    /// The formats of the activation's argument and of the output words.
+    fn behind(
+        &mut self,
+        name: &str,
+        layer: &FloatLayer,
+        (low, high): (f64, f64),
+        consumers: &[&FloatLayer],
+    ) -> Result<Behind, QuantizeError> {
+        let asked = width_of(&self.options.activation_bits, name);
+        let given = layer.format.activations;
+        let too_wide = |_| QuantizeError::SumWidth { layer: name.to_owned(), found: 64 };
+        match layer.activation {
+            Activation::Tanh | Activation::Sigmoid => {
+                // The outer half of a sigmoid is a fraction bit that its table need not have.
+                let halving = i32::from(layer.activation == Activation::Sigmoid);
+                let bits = asked.unwrap_or(DEFAULT_BOUNDED_BITS);
+                let fraction = given.map_or(bits.cast_signed() - 1, QFormat::fraction) - halving;
+                let fraction = u32::try_from(fraction)
+                    .ok()
+                    .filter(|f| FRACTION_RANGE.contains(f))
+                    .ok_or_else(|| bounded_width(name, layer, bits))?;
+                let output = match given {
+                    Some(format) if format.integer() < 0 => {
+                        return Err(bounded_width(name, layer, bits));
+                    }
+                    Some(format) => format,
+                    None => QFormat::new(bits, bits.cast_signed() - 1).map_err(too_wide)?,
+                };
+                let table = self.table(fraction)?;
+                let pre_fraction = fraction.cast_signed() - halving;
+                let pre =
+                    QFormat::new(table.magnitude_bits() + 1, pre_fraction).map_err(too_wide)?;
+                Ok(Behind { pre, output, table: Some(table) })
+            }
+            Activation::Relu | Activation::Linear => {
+                let low = if layer.activation == Activation::Relu { low.max(0.0) } else { low };
+                let high = high.max(low);
+                let (low, high) = match relevant_magnitude(consumers) {
+                    Some(limit) => (low.max(-limit), high.min(limit * (1.0 - 1e-6))),
+                    None => (low, high),
+                };
+                let default = if consumers.is_empty() {
+                    self.options.output_bits.unwrap_or(DEFAULT_OUTPUT_BITS)
+                } else {
+                    asked.unwrap_or(DEFAULT_UNBOUNDED_BITS)
+                };
+                let derived = QFormat::holding(default, low, high).map_err(too_wide)?;
+                let output = given.unwrap_or(derived);
+                if !consumers.is_empty() {
+                    check_width(format!("{name}.activations"), output.width().into(), &OPERAND_BITS)?;
+                }
+                Ok(Behind { pre: output, output, table: None })
+            }
+        }
+    }
+
+    fn table(&mut self, fraction: u32) -> Result<Arc<OddTable>, QuantizeError> {
+        if let Some(table) = self.tables.get(&fraction) {
+            return Ok(Arc::clone(table));
+        }
+        let table = match self.options.segments {
+            None => OddTable::tanh(fraction),
+            Some(found) => {
+                let finest = OddTable::with_segments_log2(fraction, 2).magnitude_bits().min(12);
+                if !found.is_power_of_two() || !(2..=finest).contains(&found.ilog2()) {
+                    return Err(QuantizeError::Segments { high: 1 << finest, found });
+                }
+                OddTable::with_segments_log2(fraction, found.ilog2())
+            }
+        };
+        let table = Arc::new(table);
+        self.tables.insert(fraction, Arc::clone(&table));
+        Ok(table)
+    }
+}
+
+fn bounded_width(name: &str, layer: &FloatLayer, bits: u32) -> QuantizeError {
+    let halving = u32::from(layer.activation == Activation::Sigmoid);
+    let (low, high) = (FRACTION_RANGE.start() + halving, FRACTION_RANGE.end() + halving);
+    match layer.format.activations {
+        Some(found) => QuantizeError::ActivationFormat {
+            layer: name.to_owned(),
+            expected: format!("Qm.n with m >= 0 and {low} <= n <= {high}"),
+            found,
+        },
+        None => QuantizeError::Width {
+            what: format!("{name}: activation bits of a {} layer", layer.activation.name()),
+            low: low + 1,
+            high: high + 1,
+            found: bits.into(),
+        },
+    }
+}
+
+/// The bias with the centring of raw inputs folded in, for the weights that are really used.
+fn centred_bias(layer: &FloatLayer, weights: &[Vec<f64>], input: &Signal) -> Vec<f64> {
+    let centring = |row: &[f64]| match &input.centre {
+        Some(centre) => row.iter().zip(centre).map(|(w, c)| w * c).sum(),
+        None => 0.0,
+    };
+    layer.bias.iter().zip(weights).map(|(b, row)| b - centring(row)).collect()
+}
+
+/// Least and greatest weighted sum of any neuron over the input box.
+fn real_range(weights: &[Vec<f64>], bias: &[f64], input: &Signal) -> (f64, f64) {
+    let edges: Vec<(f64, f64)> = input
+        .range
+        .iter()
+        .map(|(low, high)| (input.format.to_f64(*low), input.format.to_f64(*high)))
+        .collect();
+    weights.iter().zip(bias).fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), (row, b)| {
+        let (low, high) = row.iter().zip(&edges).fold((*b, *b), |(low, high), (w, (x0, x1))| {
+            (low + (w * x0).min(w * x1), high + (w * x0).max(w * x1))
+        });
+        (least.min(low), most.max(high))
+    })
+}
+
+/// The magnitude beyond which a hidden word drives a typical neuron behind it into saturation.
+///
+/// Interval analysis over a box of independent inputs is far too wide for a layer that decorrelates
+/// its inputs (whitening): the landing networks' words are proved within 1120 and stay within 14.
+/// Where only tanh and sigmoid read a word, bits above this magnitude would carry nothing.
+fn relevant_magnitude(consumers: &[&FloatLayer]) -> Option<f64> {
+    if consumers.is_empty() || !consumers.iter().all(|c| c.activation.is_bounded()) {
+        return None;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a count of weights")]
+    let rms = |c: &&FloatLayer| c.weights.norm() / (c.weights.len() as f64).sqrt();
+    let least = consumers.iter().map(rms).fold(f64::INFINITY, f64::min);
+    (least > 0.0).then(|| libm::exp2(libm::log2(SATURATING_ARGUMENT / least).ceil()))
+}
+
+/// Extra fraction bits per neuron, all zero where they don't pay.
+///
+/// A neuron's weights are too coarse if their rounding disturbs its sum by more than half an
+/// output step and by more than half of what the rounding of its inputs does anyway.
+fn extra_shifts(
+    rows: &[Vec<f64>],
+    common: QFormat,
+    pre: QFormat,
+    input: &Signal,
+) -> Vec<u32> {
+    let spread = input.spread.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let uniform = 1.0 / 12f64.sqrt();
+    let error = |extra: u32| finer(common, extra).step() * uniform * spread;
+    let wanted: Vec<(u32, bool)> = rows
+        .iter()
+        .map(|row| {
+            let norm = row.iter().map(|w| w * w).sum::<f64>().sqrt();
+            let tolerated = (pre.step() / 2.0).max(norm * input.format.step() * uniform / 2.0);
+            let fits = |extra: &u32| {
+                let format = finer(common, *extra);
+                row.iter().all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
+            };
+            let extra = (0..=MAX_EXTRA_SHIFT)
+                .take_while(fits)
+                .find(|extra| error(*extra) <= tolerated)
+                .unwrap_or_else(|| (0..=MAX_EXTRA_SHIFT).take_while(fits).last().unwrap_or(0));
+            let pays = extra > 0 && norm > 0.0 && error(0) > EXTRA_SHIFT_GAIN * tolerated;
+            (extra, pays)
+        })
+        .collect();
+    let pays = wanted.iter().any(|(_, pays)| *pays);
+    wanted.iter().map(|(extra, _)| if pays { *extra } else { 0 }).collect()
+}
+
+fn finer(format: QFormat, extra: u32) -> QFormat {
+    QFormat::new(format.width(), format.fraction() + extra.cast_signed()).unwrap_or(format)
+}
+
+fn places(difference: i32) -> u32 {
+    u32::try_from(difference).expect("the wider fraction was taken")
+}
+
+/// What the layer puts out over the input box.
+fn signal_behind(layer: &QuantLayer, input: &Signal) -> Signal {
+    let range: Vec<(i64, i64)> = (0..layer.outputs())
+        .map(|i| {
+            let (low, high) = layer.weights[i].iter().zip(&input.range).fold(
+                (0, 0),
+                |(low, high), (w, (x0, x1))| {
+                    (low + (w * x0).min(w * x1), high + (w * x0).max(w * x1))
+                },
+            );
+            (layer.finish(i, low).code, layer.finish(i, high).code)
+        })
+        .collect();
+    let typical = |(low, high): &(i64, i64)| {
+        let magnitude = (-low).max(*high);
+        let divisor = if layer.activation.is_bounded() { 2.0 } else { SATURATING_ARGUMENT };
+        layer.output.to_f64(magnitude) / divisor
+    };
+    Signal {
+        format: layer.output,
+        spread: range.iter().map(typical).collect(),
+        range,
+        centre: None,
+    }
+}

@@ -1,0 +1,110 @@
+//! When what happens: the one place where latency, interval and depths are derived.
+//!
+//! Times are counted in rising clock edges; an event "at `t`" is in its register after edge `t`.
+//! Edge 0 takes the first input beat of a frame into an idle core.
+
+use serde::Serialize;
+
+use crate::design::{Feed, Layer, Perceptron, Port};
+
+/// Cycles from a ROM's address to its registered word.
+pub const ROM_LATENCY: usize = 1;
+/// Cycles from a multiplier's operands to its registered product.
+pub const MULTIPLIER_LATENCY: usize = 2;
+/// Cycles from a sum to its requantized word, a neuron's own shift not counted.
+pub const REQUANT_LATENCY: usize = 3;
+/// Cycles of the stage that undoes a neuron's own shift.
+pub const EXTRA_SHIFT_LATENCY: usize = 1;
+/// Cycles of the activation unit: magnitude, segment, product, sum, sign.
+pub const ACTIVATION_LATENCY: usize = 4 + MULTIPLIER_LATENCY;
+
+/// Times and depths of a design.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Schedule {
+    /// Cycles between two frames in continuous flow.
+    pub interval: usize,
+    /// Cycles from taking the first input beat to handing over the last output beat.
+    pub latency: usize,
+    /// Frames under way at most, so that an interval is never lost for want of a credit.
+    pub credits: usize,
+    /// Frames that an output FIFO holds.
+    pub fifo_depth: usize,
+}
+
+impl Schedule {
+    /// Derives the schedule of one perceptron stage between two streams.
+    pub(crate) fn of(stage: &Perceptron, source: &Port, sink: &Port) -> Self {
+        let interval = stage
+            .layers()
+            .map(|l| l.folds().max(l.array_beats()))
+            .chain([source.beats(), sink.beats()])
+            .max()
+            .expect("there are streams");
+        // The frame is whole one cycle after its last beat left the input slice.
+        let start = source.beats() + 1;
+        let mut beats: Option<Vec<usize>> = None;
+        for layer in &stage.shared {
+            beats = Some(output_times(layer, beats.as_deref(), start));
+        }
+        let whole = stage
+            .networks
+            .iter()
+            .map(|network| {
+                let mut beats = beats.clone();
+                for layer in &network.layers {
+                    beats = Some(output_times(layer, beats.as_deref(), start));
+                }
+                last(&beats.expect("a network has a layer"))
+            })
+            .max()
+            .expect("there is a network");
+        // Gathered, in the FIFO, in the serializer, in the output slice, handed over.
+        let in_fifo = whole + 2;
+        let in_serializer = in_fifo + 1;
+        let handed_over = in_serializer + 1 + sink.beats();
+        let credits = (in_serializer + 1 - start).div_ceil(interval);
+        Self { interval, latency: handed_over, credits, fifo_depth: credits.max(2) }
+    }
+}
+
+/// Times at which the layer's output beats are in their register.
+///
+/// `before`: those of the layer in front; `start`: the edge that loads the input frame where
+/// there is none.
+fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<usize> {
+    let operands: Vec<usize> = match (layer.feed, before) {
+        (Feed::Direct, Some(beats)) => beats.to_vec(),
+        (_, before) => {
+            // One cycle to complete the vector, one to load it.
+            let loaded = before.map_or(start, |beats| last(beats) + 2);
+            (0..layer.folds()).map(|fold| loaded + fold).collect()
+        }
+    };
+    let drain = if layer.drain_beats() > 1 { 1 } else { 0 };
+    let to_sum = sum_latency(layer) + drain;
+    let behind = finish_latency(layer);
+    operands
+        .chunks(layer.synapse_folds())
+        .flat_map(|group| {
+            let sum = last(group) + to_sum;
+            (0..layer.drain_beats()).map(move |beat| sum + beat + behind)
+        })
+        .take(layer.output_beats())
+        .collect()
+}
+
+/// Cycles from an operand to its sum at the foot of the array.
+pub fn sum_latency(layer: &Layer) -> usize {
+    ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels() + usize::from(layer.accumulates())
+}
+
+/// Cycles from a sum to the layer's output word.
+pub fn finish_latency(layer: &Layer) -> usize {
+    let shift = if layer.quant.max_extra_shift() > 0 { EXTRA_SHIFT_LATENCY } else { 0 };
+    let activation = if layer.quant.table.is_some() { ACTIVATION_LATENCY } else { 0 };
+    REQUANT_LATENCY + shift + activation
+}
+
+fn last(times: &[usize]) -> usize {
+    *times.last().expect("a frame has a beat")
+}
