@@ -41,18 +41,18 @@ impl OddTable {
     ///
     /// `fraction` must lie in [`FRACTION_RANGE`].
     pub fn tanh(fraction: u32) -> Self {
-        let widest = range_log2(fraction) + fraction;
+        let widest = range_log2(fraction) + fraction - 1;
         (2..=widest)
             .map(|log2| Self::with_segments_log2(fraction, log2))
             .find(|table| table.max_error_lsb() < 2.0)
             .unwrap_or_else(|| Self::with_segments_log2(fraction, widest))
     }
 
-    /// A table with `2^segments_log2` uniform segments (at most one a code).
+    /// A table with `2^segments_log2` uniform segments (at most one for two codes).
     pub fn with_segments_log2(fraction: u32, segments_log2: u32) -> Self {
         assert!(FRACTION_RANGE.contains(&fraction), "{fraction} fraction bits");
         let range_log2 = range_log2(fraction);
-        let segments_log2 = segments_log2.min(range_log2 + fraction);
+        let segments_log2 = segments_log2.min(range_log2 + fraction - 1);
         // The slope's own rounding moves a segment's far end by half an output step at most.
         let slope_bits = (fraction + range_log2).saturating_sub(segments_log2).max(GUARD_BITS);
         let mut table = Self {
@@ -156,7 +156,7 @@ impl OddTable {
         self.range_log2 + self.fraction
     }
 
-    /// Bits of the distance within a segment, possibly zero.
+    /// Bits of the distance within a segment, at least one.
     pub fn distance_bits(&self) -> u32 {
         self.magnitude_bits() - self.segments_log2
     }

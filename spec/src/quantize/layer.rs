@@ -120,8 +120,13 @@ impl Quantizer<'_> {
         }
         let biased_bound = i128::from(sum_bound) << product_shift.min(64);
         let biased_bound = i64::try_from(biased_bound + i128::from(bias_bound)).unwrap_or(i64::MAX);
-        let sum_width = signed_width(-sum_bound, sum_bound);
-        let biased_width = signed_width(-biased_bound, biased_bound);
+        // A sum is at least a product wide, and a biased sum leaves a bit above the word by which
+        // the saturation sees an overflow.
+        let product_width = input.format.width() + weight_format.width();
+        let sum_width = signed_width(-sum_bound, sum_bound).max(product_width);
+        let biased_width = signed_width(-biased_bound, biased_bound)
+            .max(sum_width + product_shift)
+            .max(base_shift + pre.width() + 1);
         if biased_width > MAX_SUM_WIDTH {
             return Err(QuantizeError::SumWidth { layer: name.clone(), found: biased_width });
         }
@@ -222,7 +227,7 @@ impl Quantizer<'_> {
         let table = match self.options.segments {
             None => OddTable::tanh(fraction),
             Some(found) => {
-                let finest = OddTable::with_segments_log2(fraction, 2).magnitude_bits().min(12);
+                let finest = (OddTable::with_segments_log2(fraction, 2).magnitude_bits() - 1).min(12);
                 if !found.is_power_of_two() || !(2..=finest).contains(&found.ilog2()) {
                     return Err(QuantizeError::Segments { high: 1 << finest, found });
                 }

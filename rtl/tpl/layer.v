@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// @{ module }@: layer @{ layer }@, @{ inputs }@ inputs, @{ outputs }@ @{ activation }@ neurons.
+//
+// Function:  y = @{ activation }@(W x + b): @{ pe }@ neuron@{ pe_s }@ x @{ simd }@ input@{ simd_s }@ a clock, @{ folds }@ clocks a frame;
+@% for line in flow %@//            @{ line }@
+@% endfor %@// Format:    x @{ x_format }@, W @{ w_format }@, y @{ y_format }@ (@{ y_width }@ bits).
+// Latency:   @{ sum_latency }@ clocks from an operand to its sum, @{ drain_note }@@{ finish_latency }@ from a sum to its word.
+// Overflow:  sums can't; a word that is clipped to @{ y_format }@ raises flag_o.@{ overflow_note }@
+// Reset:     control bits only.
+// Model:     sim/src/model/layer.rs
+// @{ provenance }@
+`default_nettype none
+
+module @{ module }@ (
+  input  wire @{ pad_clock }@ clk_i,
+  input  wire @{ pad_clock }@ rst_ni,
+@% if replay %@  input  wire @{ pad_clock }@ start_i,   // the vector is whole
+  input  wire @{ pad_clock }@ flag_i,    // a word before was clipped
+  input  wire @{ vector_range }@ vector_i,
+@% else %@  input  wire @{ pad_clock }@ valid_i,
+  input  wire @{ pad_clock }@ flag_i,    // a word before was clipped
+  input  wire @{ vector_range }@ words_i,
+@% endif %@  output wire @{ pad_clock }@ valid_o,
+  output wire @{ pad_clock }@ flag_o,
+  output wire @{ words_range }@ words_o
+);
+  // Operands, @{ simd }@ a clock, and the address of their weights.
+@% if replay %@  wire valid;
+@% endif %@@% if accumulates %@  wire first;
+  wire last;
+@% endif %@@% if replay %@  wire flag;
+  wire @{ operands_range }@ operands;
+@% endif %@  wire @{ address_range }@ address;
+@% if replay %@  hwg_replay #(
+    .WORDS        (@{ inputs }@),
+    .SIMD         (@{ simd }@),
+    .WIDTH        (@{ x_width }@),
+    .SYNAPSE_FOLDS(@{ synapse_folds }@),
+    .NEURON_FOLDS (@{ neuron_folds }@),
+    .ADDRESS_WIDTH(@{ address_width }@)
+  ) u_replay (
+    .clk_i    (clk_i),
+    .rst_ni   (rst_ni),
+    .start_i  (start_i),
+    .flag_i   (flag_i),
+    .vector_i (vector_i),
+    .valid_o  (valid),
+    .first_o  (@% if accumulates %@first@% endif %@),
+    .last_o   (@% if accumulates %@last@% endif %@),
+    .flag_o   (flag),
+    .words_o  (operands),
+    .address_o(address)
+  );
+@% else %@  hwg_beats #(
+    .BEATS        (@{ synapse_folds }@),
+    .ADDRESS_WIDTH(@{ address_width }@)
+  ) u_beats (
+    .clk_i    (clk_i),
+    .rst_ni   (rst_ni),
+    .valid_i  (valid_i),
+    .first_o  (@% if accumulates %@first@% endif %@),
+    .last_o   (@% if accumulates %@last@% endif %@),
+    .address_o(address)
+  );
+@% endif %@
+  // The operands wait for the weight ROMs.
+  reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
+  always @(posedge clk_i) operands_q <= @{ operands }@;
+
+  // Control bits keep pace with ROM, multipliers and adder tree.
+@% if accumulates %@  wire tree_valid;
+  wire tree_first;
+  wire tree_last;
+  wire tree_flag;
+  hwg_delay #(
+    .WIDTH(4),
+    .DEPTH(@{ control_depth }@)
+  ) u_control (
+    .clk_i (clk_i),
+    .rst_ni(rst_ni),
+    .data_i({@{ valid }@, first, last, @{ flag }@}),
+    .data_o({tree_valid, tree_first, tree_last, tree_flag})
+  );
+
+  wire sums_valid;
+  wire sums_flag;
+  hwg_group u_group (
+    .clk_i  (clk_i),
+    .rst_ni (rst_ni),
+    .valid_i(tree_valid),
+    .first_i(tree_first),
+    .last_i (tree_last),
+    .flag_i (tree_flag),
+    .done_o (sums_valid),
+    .flag_o (sums_flag)
+  );
+@% else %@  wire sums_valid;
+  wire sums_flag;
+  hwg_delay #(
+    .WIDTH(2),
+    .DEPTH(@{ control_depth }@)
+  ) u_control (
+    .clk_i (clk_i),
+    .rst_ni(rst_ni),
+    .data_i({@{ valid }@, @{ flag }@}),
+    .data_o({sums_valid, sums_flag})
+  );
+@% endif %@
+  // The array: neuron @% if neuron_folds > 1 %@@{ pe }@ * g + @% endif %@p in processing element p@% if neuron_folds > 1 %@, group g of @{ neuron_folds }@@% endif %@.
+  wire @{ sums_range }@ sums;
+@% for p in 0..pe %@
+  wire @{ weights_range }@ weights@{ p }@;
+  @{ module }@_w@{ p }@ u_w@{ p }@ (
+    .clk_i    (clk_i),
+    .address_i(address),
+    .data_o   (weights@{ p }@)
+  );
+  @{ module }@_pe u_pe@{ p }@ (
+    .clk_i     (clk_i),
+@% if accumulates %@    .enable_i  (tree_valid),
+    .first_i   (tree_first),
+@% endif %@    .operands_i(operands_q),
+    .weights_i (weights@{ p }@),
+    .sum_o     (sums[@{ p * sum_width }@ +: @{ sum_width }@])
+  );
+@% endfor %@
+@% if drains %@  // @{ lanes }@ of the @{ pe }@ sums leave a clock.
+  wire lanes_valid;
+  wire lanes_flag;
+  wire @{ lane_sums_range }@ lane_sums;
+  hwg_drain #(
+    .WORDS(@{ pe }@),
+    .LANES(@{ lanes }@),
+    .WIDTH(@{ sum_width }@)
+  ) u_drain (
+    .clk_i  (clk_i),
+    .rst_ni (rst_ni),
+    .load_i (sums_valid),
+    .flag_i (sums_flag),
+    .words_i(sums),
+    .valid_o(lanes_valid),
+    .flag_o (lanes_flag),
+    .words_o(lane_sums)
+  );
+
+@% endif %@  // Bias, shift, rounding, saturation: sums to @{ pre_format }@.
+  wire @{ bias_address_range }@ beat;
+  wire @{ entries_range }@ entries;
+  @{ module }@_bias u_bias (
+    .clk_i    (clk_i),
+    .address_i(beat),
+    .data_o   (entries)
+  );
+@% if has_table %@  wire z_valid;
+  wire z_flag;
+  wire @{ pre_range }@ z;
+@% endif %@  hwg_requant #(
+    .LANES        (@{ lanes }@),
+    .SUM_WIDTH    (@{ sum_width }@),
+    .BIASED_WIDTH (@{ biased_width }@),
+    .PRODUCT_SHIFT(@{ product_shift }@),
+    .EXTRA_WIDTH  (@{ extra_width }@),
+    .SHIFT        (@{ base_shift }@),
+    .WIDTH        (@{ pre_width }@),
+    .SATURATION   (@{ saturation }@),
+    .ARRAY_BEATS  (@{ array_beats }@),
+    .OUTPUT_BEATS (@{ output_beats }@),
+    .ADDRESS_WIDTH(@{ bias_address_width }@)
+  ) u_requant (
+    .clk_i    (clk_i),
+    .rst_ni   (rst_ni),
+@% if drains %@    .valid_i  (lanes_valid),
+    .flag_i   (lanes_flag),
+    .sums_i   (lane_sums),
+@% else %@    .valid_i  (sums_valid),
+    .flag_i   (sums_flag),
+    .sums_i   (sums),
+@% endif %@    .address_o(beat),
+    .entry_i  (entries),
+@% if has_table %@    .valid_o  (z_valid),
+    .flag_o   (z_flag),
+    .words_o  (z)
+@% else %@    .valid_o  (valid_o),
+    .flag_o   (flag_o),
+    .words_o  (words_o)
+@% endif %@  );
+@% if has_table %@
+  // Activation: one unit a lane, each with its own copy of the segments.
+  hwg_delay #(
+    .WIDTH(2),
+    .DEPTH(@{ activation_latency }@)
+  ) u_act_control (
+    .clk_i (clk_i),
+    .rst_ni(rst_ni),
+    .data_i({z_valid, z_flag}),
+    .data_o({valid_o, flag_o})
+  );
+  genvar i;
+  generate
+    for (i = 0; i < @{ lanes }@; i = i + 1) begin : g_act
+      wire @{ segment_range }@ segment;
+      wire @{ line_range }@ line;
+      @{ table_module }@ u_segments (
+        .clk_i    (clk_i),
+        .address_i(segment),
+        .data_o   (line)
+      );
+      hwg_pwl #(
+        .MAGNITUDE_WIDTH(@{ magnitude_width }@),
+        .SEGMENT_WIDTH  (@{ segment_width }@),
+        .SLOPE_BITS     (@{ slope_bits }@),
+        .FRACTION       (@{ table_fraction }@),
+        .WIDTH          (@{ y_width }@),
+        .SIGMOID        (@{ sigmoid }@)
+      ) u_pwl (
+        .clk_i    (clk_i),
+        .z_i      (z[i*@{ pre_width }@ +: @{ pre_width }@]),
+        .segment_o(segment),
+        .line_i   (line),
+        .y_o      (words_o[i*@{ y_width }@ +: @{ y_width }@])
+      );
+    end
+  endgenerate
+@% endif %@endmodule
+
+`default_nettype wire

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// @{ module }@: the stage of multilayer perceptrons, frame in, frame out.
+//
+// Function:  @{ shared_note }@
+@% for line in network_notes %@//            @{ line }@
+@% endfor %@// Format:    words of the input frame are @{ x_format }@; those of the output frame are sign-extended to
+//            @{ lane_bits }@ bits.
+// Latency:   @{ latency }@ clocks from start to the output frame; a frame every @{ interval }@ clocks.
+// Overflow:  inside there is no back-pressure: at most @{ credits }@ frames are under way, and the FIFOs
+//            behind the networks hold as many.
+// Reset:     control bits only; frames under way are dropped.
+// Model:     sim/src/model/stage.rs
+// @{ provenance }@
+`default_nettype none
+
+module @{ module }@ (
+  input  wire @{ pad_clock }@ clk_i,
+  input  wire @{ pad_clock }@ rst_ni,
+  input  wire @{ pad_clock }@ frame_valid_i,
+  output wire @{ pad_clock }@ frame_ready_o,
+  input  wire @{ frame_range }@ frame_i,
+  input  wire @{ pad_clock }@ clipped_i,      // an input was outside of the box
+  input  wire @{ pad_clock }@ error_i,        // the frame was too short or too long
+  output wire @{ pad_clock }@ frame_valid_o,
+  input  wire @{ pad_clock }@ frame_ready_i,
+  output wire @{ out_range }@ frame_o,
+  output wire @{ pad_clock }@ saturated_o,    // an input or a word inside was clipped
+  output wire @{ pad_clock }@ error_o
+);
+  wire start;
+  wire leave = frame_valid_o & frame_ready_i;
+
+  hwg_admit #(
+    .INTERVAL(@{ interval }@),
+    .CREDITS (@{ credits }@)
+  ) u_admit (
+    .clk_i        (clk_i),
+    .rst_ni       (rst_ni),
+    .frame_valid_i(frame_valid_i),
+    .frame_ready_o(frame_ready_o),
+    .start_o      (start),
+    .release_i    (leave)
+  );
+
+  // What is known of a frame at its start waits for its words.
+  wire clipped;
+  wire known;
+  hwg_fifo #(
+    .WIDTH(2),
+    .DEPTH(@{ fifo_depth }@)
+  ) u_frames (
+    .clk_i  (clk_i),
+    .rst_ni (rst_ni),
+    .valid_i(start),
+    .ready_o(),
+    .data_i ({error_i, clipped_i}),
+    .valid_o(known),
+    .ready_i(leave),
+    .data_o ({error_o, clipped})
+  );
+@% for l in layers %@
+  // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
+  wire @{ l.name }@_valid;
+  wire @{ l.name }@_flag;
+  wire @{ l.words_range }@ @{ l.name }@_words;
+  @{ l.module }@ u_@{ l.name }@ (
+    .clk_i   (clk_i),
+    .rst_ni  (rst_ni),
+@% if l.replay %@    .start_i (@{ l.start }@),
+    .flag_i  (@{ l.flag }@),
+    .vector_i(@{ l.vector }@),
+@% else %@    .valid_i (@{ l.start }@),
+    .flag_i  (@{ l.flag }@),
+    .words_i (@{ l.vector }@),
+@% endif %@    .valid_o (@{ l.name }@_valid),
+    .flag_o  (@{ l.name }@_flag),
+    .words_o (@{ l.name }@_words)
+  );
+@% if l.gathered %@  wire @{ l.name }@_start;
+  wire @{ l.name }@_clipped;
+  wire @{ l.vector_range }@ @{ l.name }@_vector;
+  hwg_gather #(
+    .WORDS(@{ l.outputs }@),
+    .LANES(@{ l.lanes }@),
+    .WIDTH(@{ l.width }@)
+  ) u_@{ l.name }@_gather (
+    .clk_i   (clk_i),
+    .rst_ni  (rst_ni),
+    .valid_i (@{ l.name }@_valid),
+    .flag_i  (@{ l.name }@_flag),
+    .data_i  (@{ l.name }@_words),
+    .start_o (@{ l.name }@_start),
+    .flag_o  (@{ l.name }@_clipped),
+    .vector_o(@{ l.name }@_vector)
+  );
+@% endif %@@% endfor %@@% for n in networks %@
+  // Answers of network @{ n.name }@: @{ n.words }@ words, @{ n.format }@.
+  wire @{ n.name }@_known;
+  wire @{ n.name }@_saturated;
+  wire @{ n.range }@ @{ n.name }@_answer;
+  hwg_fifo #(
+    .WIDTH(@{ n.fifo_width }@),
+    .DEPTH(@{ fifo_depth }@)
+  ) u_@{ n.name }@_answers (
+    .clk_i  (clk_i),
+    .rst_ni (rst_ni),
+    .valid_i(@{ n.last }@_start),
+    .ready_o(),
+    .data_i ({@{ n.last }@_clipped, @{ n.last }@_vector}),
+    .valid_o(@{ n.name }@_known),
+    .ready_i(leave),
+    .data_o ({@{ n.name }@_saturated, @{ n.name }@_answer})
+  );
+@% endfor %@
+  // A frame leaves when all networks have answered.
+  assign frame_valid_o = known@% for n in networks %@ & @{ n.name }@_known@% endfor %@;
+  assign saturated_o   = clipped@% for n in networks %@ | @{ n.name }@_saturated@% endfor %@;
+  genvar i;
+  generate
+@% for n in networks %@    for (i = 0; i < @{ n.words }@; i = i + 1) begin : g_@{ n.name }@
+      assign frame_o[(@{ n.first }@+i)*@{ lane_bits }@ +: @{ lane_bits }@] =
+        {{@{ n.signs }@{@{ n.name }@_answer[i*@{ n.width }@+@{ n.width - 1 }@]}}, @{ n.name }@_answer[i*@{ n.width }@ +: @{ n.width - 1 }@]};
+    end
+@% endfor %@  endgenerate
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// @{ module }@: one neuron at a time of layer @{ layer }@, @{ simd }@ input@{ simd_s }@ a clock.
+//
+// Function:  sum_o = sum of operand * weight@{ sum_note }@.
+// Format:    operands @{ x_format }@, weights @{ w_format }@ (finer where a neuron has a shift of its own),
+//            products @{ product_width }@ bits, sums @{ sum_width }@ bits, all exact.
+// Latency:   @{ latency }@ clocks from operands and weights to sum_o.
+// Overflow:  impossible: @{ sum_width }@ bits hold the sum for every operand word, by interval analysis.
+// Reset:     none.
+// Model:     sim/src/model/array.rs, Pe
+// @{ provenance }@
+`default_nettype none
+
+module @{ module }@ (
+  input  wire @{ pad_clock }@ clk_i,
+@% if accumulates %@  input  wire @{ pad_clock }@ enable_i,
+  input  wire @{ pad_clock }@ first_i,
+@% endif %@  input  wire @{ operands_range }@ operands_i,
+  input  wire @{ weights_range }@ weights_i,
+  output wire @{ sum_range }@ sum_o
+);
+  wire @{ products_range }@ products;
+
+  genvar i;
+  generate
+    for (i = 0; i < @{ simd }@; i = i + 1) begin : g_mul
+      hwg_mul #(
+        .A_WIDTH(@{ x_width }@),
+        .B_WIDTH(@{ w_width }@)
+      ) u_mul (
+        .clk_i(clk_i),
+        .a_i  (operands_i[i*@{ x_width }@ +: @{ x_width }@]),
+        .b_i  (weights_i[i*@{ w_width }@ +: @{ w_width }@]),
+        .p_o  (products[i*@{ product_width }@ +: @{ product_width }@])
+      );
+    end
+  endgenerate
+@% for level in levels %@
+  wire @{ level.range }@ level@{ level.number }@;
+  hwg_tree_level #(
+    .INPUTS   (@{ level.inputs }@),
+    .WIDTH    (@{ level.width }@),
+    .SUM_WIDTH(@{ level.sum_width }@)
+  ) u_level@{ level.number }@ (
+    .clk_i  (clk_i),
+    .words_i(@{ level.source }@),
+    .sums_o (level@{ level.number }@)
+  );
+@% endfor %@
+@% if accumulates %@  hwg_accumulator #(
+    .WIDTH    (@{ tree_width }@),
+    .SUM_WIDTH(@{ sum_width }@)
+  ) u_acc (
+    .clk_i   (clk_i),
+    .enable_i(enable_i),
+    .first_i (first_i),
+    .word_i  (@{ tree }@),
+    .sum_o   (sum_o)
+  );
+@% else %@  assign sum_o = @{ tree }@;
+@% endif %@endmodule
+
+`default_nettype wire

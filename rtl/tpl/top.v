@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// @{ module }@: @{ purpose }@
+//
+// Function:  one output frame for each input frame, in order.
+// Format:    s_axis: @{ source_words }@ words of @{ x_format }@ in @{ source_lane }@-bit lanes, @{ source_per_beat }@ a beat, @{ source_beats }@ beats a frame:
+@% for line in source_notes %@//              @{ line }@
+@% endfor %@//            m_axis: @{ sink_words }@ words in @{ sink_lane }@-bit lanes, @{ sink_per_beat }@ a beat, @{ sink_beats }@ beats a frame:
+@% for line in sink_notes %@//              @{ line }@
+@% endfor %@//            A word is an integer; divided by 2^n it is the value in its unit (format Qm.n).
+//            m_axis_tuser[0]: an input was outside of its bounds, or a word inside was clipped;
+//            m_axis_tuser[1]: the input frame was too short or too long.
+// Latency:   @{ latency }@ clocks from the first input beat to the last output beat, both included as edges;
+//            a frame every @{ interval }@ clocks.
+// Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
+// Reset:     aresetn, synchronous, active low; frames under way are dropped.
+// Model:     sim/src/model.rs
+// Bench:     tb/@{ module }@_tb.v
+// @{ provenance }@
+`default_nettype none
+
+module @{ module }@ (
+  input  wire @{ pad_clock }@ aclk,
+  input  wire @{ pad_clock }@ aresetn,
+  input  wire @{ source_range }@ s_axis_tdata,
+  input  wire @{ pad_clock }@ s_axis_tvalid,
+  output wire @{ pad_clock }@ s_axis_tready,
+  input  wire @{ pad_clock }@ s_axis_tlast,
+  output wire @{ sink_range }@ m_axis_tdata,
+  output wire @{ pad_clock }@ m_axis_tvalid,
+  input  wire @{ pad_clock }@ m_axis_tready,
+  output wire @{ pad_clock }@ m_axis_tlast,
+  output wire @{ user_range }@ m_axis_tuser
+);
+  // The box that inputs are clipped to, the last word first.
+  localparam @{ box_range }@ LOW = {
+@% for word in low %@    @{ word }@
+@% endfor %@  };
+  localparam @{ box_range }@ HIGH = {
+@% for word in high %@    @{ word }@
+@% endfor %@  };
+
+  wire in_valid;
+  wire in_ready;
+  wire in_clipped;
+  wire in_error;
+  wire @{ box_range }@ in_frame;
+  hwg_ingress #(
+    .WORDS     (@{ source_words }@),
+    .BEAT_WORDS(@{ source_per_beat }@),
+    .LANE_WIDTH(@{ source_lane }@),
+    .WIDTH     (@{ x_width }@)
+  ) u_ingress (
+    .clk_i        (aclk),
+    .rst_ni       (aresetn),
+    .tvalid_i     (s_axis_tvalid),
+    .tready_o     (s_axis_tready),
+    .tlast_i      (s_axis_tlast),
+    .tdata_i      (s_axis_tdata),
+    .low_i        (LOW),
+    .high_i       (HIGH),
+    .frame_valid_o(in_valid),
+    .frame_ready_i(in_ready),
+    .frame_o      (in_frame),
+    .clipped_o    (in_clipped),
+    .error_o      (in_error)
+  );
+
+  wire out_valid;
+  wire out_ready;
+  wire out_saturated;
+  wire out_error;
+  wire @{ out_range }@ out_frame;
+  @{ module }@_mlp u_mlp (
+    .clk_i        (aclk),
+    .rst_ni       (aresetn),
+    .frame_valid_i(in_valid),
+    .frame_ready_o(in_ready),
+    .frame_i      (in_frame),
+    .clipped_i    (in_clipped),
+    .error_i      (in_error),
+    .frame_valid_o(out_valid),
+    .frame_ready_i(out_ready),
+    .frame_o      (out_frame),
+    .saturated_o  (out_saturated),
+    .error_o      (out_error)
+  );
+
+  hwg_egress #(
+    .WORDS     (@{ sink_words }@),
+    .BEAT_WORDS(@{ sink_per_beat }@),
+    .LANE_WIDTH(@{ sink_lane }@)
+  ) u_egress (
+    .clk_i        (aclk),
+    .rst_ni       (aresetn),
+    .frame_valid_i(out_valid),
+    .frame_ready_o(out_ready),
+    .frame_i      (out_frame),
+    .saturated_i  (out_saturated),
+    .error_i      (out_error),
+    .tvalid_o     (m_axis_tvalid),
+    .tready_i     (m_axis_tready),
+    .tlast_o      (m_axis_tlast),
+    .tuser_o      (m_axis_tuser),
+    .tdata_o      (m_axis_tdata)
+  );
+endmodule
+
+`default_nettype wire
