@@ -2,4 +2,6 @@
 
 pub mod format;
 pub mod json;
+pub mod keywords;
 pub mod network;
+pub mod weights;
