@@ -33,6 +33,9 @@ pub enum FormatError {
     /// `1 + m + n` is no usable width.
     #[error("a width 1 + m + n of 1 to {MAX_WIDTH} bits expected, {0} found")]
     Width(i64),
+    /// `n` is no usable number of fraction bits.
+    #[error("-1000 to 1000 fraction bits expected, {0} found")]
+    Fraction(i32),
 }
 
 /// How a value between two codes is brought to one of them.
@@ -59,11 +62,13 @@ impl QFormat {
     /// # Errors
     /// [`FormatError::Width`] if the width is out of range.
     pub fn new(width: u32, fraction: i32) -> Result<Self, FormatError> {
-        if (1..=MAX_WIDTH).contains(&width) && (-1000..=1000).contains(&fraction) {
-            Ok(Self { width, fraction })
-        } else {
-            Err(FormatError::Width(i64::from(width)))
+        if !(1..=MAX_WIDTH).contains(&width) {
+            return Err(FormatError::Width(i64::from(width)));
         }
+        if !(-1000..=1000).contains(&fraction) {
+            return Err(FormatError::Fraction(fraction));
+        }
+        Ok(Self { width, fraction })
     }
 
     /// The finest format of `width` bits that holds every value of `[low, high]`.
@@ -162,19 +167,6 @@ impl QFormat {
     pub fn to_f64(self, code: i64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "documented")]
         libm::ldexp(code as f64, -self.fraction)
-    }
-
-    /// The real number that a code stands for in exact decimal digits.
-    ///
-    /// Falls back on the nearest double where the format does not fit 64.64 bits.
-    pub fn to_decimal(self, code: i64) -> String {
-        let shift = 64 - self.fraction;
-        if (0..=64).contains(&shift) {
-            if let Some(bits) = i128::from(code).checked_mul(1i128 << shift) {
-                return I64F64::from_bits(bits).to_string();
-            }
-        }
-        self.to_f64(code).to_string()
     }
 
     /// Reads a decimal number and rounds it once, to the nearest code (ties up), and saturates it.

@@ -1,11 +1,20 @@
-//! What hwgen computes, in which format, in which cycle.
+//! What hwgen computes, in which format, in which cycle: the contract that generator and model meet in.
+//!
+//! [`weights`] reads a file into a float [`network`]; [`quantize`] turns it into integers whose
+//! words have a [`format`]; [`eval`] computes with them, untimed; [`folding`] and [`schedule`]
+//! lay them out in hardware and time; a [`design::Design`] is all of that, checked.
+//!
+//! The worked example stands at [`design::Design`].
 
 pub mod activation;
 pub mod design;
 pub mod eval;
 pub mod folding;
 pub mod format;
+pub mod json;
+pub mod keywords;
 pub mod network;
 pub mod options;
 pub mod quantize;
 pub mod schedule;
+pub mod weights;

@@ -1,0 +1,135 @@
+//! Names that become hardware: modules, files, ports and columns.
+
+use super::check_length;
+use crate::json::{Fault, Node};
+use crate::keywords;
+
+/// Longest name, in characters.
+const MAX_CHARS: usize = 63;
+
+/// Prefix of the static cells, so that no design's modules can meet them.
+const CELL_PREFIX: &str = "hwg";
+
+/// Words that the generated modules of a design use beside its networks.
+const RESERVED_NETWORKS: &[&str] = &["shared"];
+
+/// Name of the design, the prefix of all its modules.
+pub(super) fn design(node: Node<'_>) -> Result<String, Fault> {
+    let name = identifier(node)?;
+    let lower = name.to_ascii_lowercase();
+    if lower == CELL_PREFIX || lower.starts_with("hwg_") {
+        return Err(reserved(node, "hwg_ is the prefix of the library's cells"));
+    }
+    Ok(name)
+}
+
+/// Name of a network that must differ from those before; it joins them.
+pub(super) fn network<'a>(
+    node: Node<'a>,
+    before: &mut Vec<(String, Node<'a>)>,
+) -> Result<String, Fault> {
+    let lower = text(node)?.to_ascii_lowercase();
+    if RESERVED_NETWORKS.contains(&&*lower) {
+        return Err(reserved(node, "the module of the shared layers has it"));
+    }
+    let name = identifier(node)?;
+    if let Some((_, first)) = before.iter().find(|(n, _)| n.eq_ignore_ascii_case(&name)) {
+        return Err(duplicate(node, *first).help(
+            "network names become module and file names: they must differ in more than case",
+        ));
+    }
+    before.push((name.clone(), node));
+    Ok(name)
+}
+
+/// Names of inputs or outputs, `<default>0`, `<default>1`, ... where the file gives none.
+pub(super) fn ports(
+    node: Option<Node<'_>>,
+    default: &str,
+    count: usize,
+    because: &str,
+) -> Result<Vec<String>, Fault> {
+    let Some(node) = node else {
+        return Ok((0..count).map(|i| format!("{default}{i}")).collect());
+    };
+    let nodes = node.array()?;
+    check_length(node, "name", nodes.len(), count, because)?;
+    let mut first = std::collections::HashMap::with_capacity(count);
+    let mut names = Vec::with_capacity(count);
+    for node in nodes {
+        let name = identifier(node)?;
+        if let Some(first) = first.insert(name.clone(), node) {
+            return Err(duplicate(node, first).help("rename one of the two"));
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+fn text(node: Node<'_>) -> Result<String, Fault> {
+    node.string().map_err(|fault| match fault.help {
+        None => fault.help("a name is a string in double quotes"),
+        Some(_) => fault,
+    })
+}
+
+fn identifier(node: Node<'_>) -> Result<String, Fault> {
+    let name = text(node)?;
+    let start = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let shaped = name.starts_with(start)
+        && name.chars().all(|c| start(c) || c.is_ascii_digit())
+        && name.len() <= MAX_CHARS;
+    if !shaped {
+        let found = match name.chars().count() {
+            0 => "an empty one".to_owned(),
+            n if n > MAX_CHARS => format!("one of {n} characters"),
+            _ => node.excerpt(),
+        };
+        let fault = node.fault(
+            "bad-name",
+            format!("a name [A-Za-z_][A-Za-z0-9_]{{0,62}} expected, {found} found"),
+        );
+        return Err(match mended(&name) {
+            Some(mended) => {
+                fault.help(format!("it becomes a Verilog identifier; try \"{mended}\""))
+            }
+            None => fault.help("it becomes a Verilog identifier of at most 63 characters"),
+        });
+    }
+    if let Some(language) = keywords::reserving_language(&name) {
+        let fault = node.fault(
+            "keyword",
+            format!("a name expected, the {language} keyword \"{name}\" found"),
+        );
+        return Err(fault.help(format!("choose another name, such as \"{name}_0\"")));
+    }
+    Ok(name)
+}
+
+/// A name like a refused one that would do.
+fn mended(name: &str) -> Option<String> {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let mut mended: String = name.chars().map(plain).collect();
+    if mended.starts_with(|c: char| c.is_ascii_digit()) {
+        mended.insert(0, '_');
+    }
+    let good = mended.len() <= MAX_CHARS
+        && mended.contains(|c: char| c.is_ascii_alphanumeric())
+        && keywords::reserving_language(&mended).is_none();
+    good.then_some(mended)
+}
+
+fn duplicate(node: Node<'_>, first: Node<'_>) -> Fault {
+    let message = format!(
+        "a name unlike that of {} expected, {} found again",
+        first.path(),
+        node.excerpt()
+    );
+    node.fault("duplicate-name", message)
+}
+
+fn reserved(node: Node<'_>, reason: &str) -> Fault {
+    let message = format!("a free name expected, {} found", node.excerpt());
+    node.fault("reserved-name", message)
+        .help(format!("{reason}; choose another name"))
+}
