@@ -1,0 +1,292 @@
+//! One layer's modules: the layer, its processing element, its ROMs.
+
+use askama::Template;
+use hwgen_spec::design::{Feed, Layer, bias_rom_width, extra_shift_width};
+use hwgen_spec::network::Activation;
+use hwgen_spec::schedule::{ACTIVATION_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
+use hwgen_spec::schedule::{finish_latency, sum_latency};
+
+use crate::bundle::File;
+use crate::rom::{self, finish};
+use crate::{Header, address_width, bits, plural, range};
+
+#[derive(Template)]
+#[template(path = "layer.v", syntax = "verilog")]
+struct LayerContext<'a> {
+    module: &'a str,
+    layer: &'a str,
+    provenance: String,
+    pad_clock: String,
+    inputs: usize,
+    outputs: usize,
+    activation: &'static str,
+    pe: usize,
+    pe_s: &'static str,
+    simd: usize,
+    simd_s: &'static str,
+    folds: usize,
+    neuron_folds: usize,
+    synapse_folds: usize,
+    flow: Vec<String>,
+    x_format: String,
+    w_format: String,
+    y_format: String,
+    pre_format: String,
+    sum_latency: usize,
+    finish_latency: usize,
+    drain_note: String,
+    overflow_note: &'static str,
+    replay: bool,
+    accumulates: bool,
+    drains: bool,
+    has_table: bool,
+    valid: &'static str,
+    flag: &'static str,
+    operands: &'static str,
+    x_width: usize,
+    y_width: usize,
+    pre_width: usize,
+    vector_range: String,
+    words_range: String,
+    operands_range: String,
+    operands_width: usize,
+    address_range: String,
+    address_width: usize,
+    control_depth: usize,
+    sums_range: String,
+    sum_width: usize,
+    weights_range: String,
+    lanes: usize,
+    lane_sums_range: String,
+    bias_address_range: String,
+    bias_address_width: usize,
+    entries_range: String,
+    biased_width: usize,
+    product_shift: u32,
+    extra_width: u32,
+    base_shift: u32,
+    saturation: u32,
+    array_beats: usize,
+    output_beats: usize,
+    pre_range: String,
+    activation_latency: usize,
+    segment_range: String,
+    line_range: String,
+    table_module: String,
+    magnitude_width: u32,
+    segment_width: u32,
+    slope_bits: u32,
+    table_fraction: u32,
+    sigmoid: u32,
+}
+
+#[derive(Template)]
+#[template(path = "pe.v", syntax = "verilog")]
+struct PeContext<'a> {
+    module: &'a str,
+    layer: &'a str,
+    provenance: String,
+    pad_clock: String,
+    simd: usize,
+    simd_s: &'static str,
+    sum_note: &'static str,
+    x_format: String,
+    w_format: String,
+    x_width: usize,
+    w_width: usize,
+    product_width: usize,
+    sum_width: usize,
+    latency: usize,
+    accumulates: bool,
+    operands_range: String,
+    weights_range: String,
+    sum_range: String,
+    products_range: String,
+    levels: Vec<Level>,
+    tree: String,
+    tree_width: usize,
+}
+
+struct Level {
+    number: usize,
+    inputs: usize,
+    width: usize,
+    sum_width: usize,
+    source: String,
+    range: String,
+}
+
+/// Name of the module that holds a table's segments.
+pub(crate) fn table_module(design: &str, layer: &Layer) -> Option<String> {
+    layer.quant.table.as_ref().map(|t| format!("{design}_tanh{}", t.fraction()))
+}
+
+/// All modules of a layer but the table, which layers share.
+pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
+    let module = format!("{}_{}", header.design, layer.quant.name);
+    let mut files = vec![layer_module(&module, layer, header), pe_module(&module, layer, header)];
+    files.extend(
+        (0..layer.fold.pe).map(|pe| rom::weights(&format!("{module}_w{pe}"), layer, pe, header)),
+    );
+    files.push(rom::biases(&format!("{module}_bias"), layer, header));
+    files
+}
+
+fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
+    let quant = &layer.quant;
+    let replay = layer.feed == Feed::Replay;
+    let (pe, simd, lanes) = (layer.fold.pe, layer.fold.simd, layer.lanes);
+    let (x, w, y) = (quant.input, quant.weight_format, quant.output);
+    let (sum_width, pre_width) = (bits(quant.sum_width), bits(quant.pre.width()));
+    let operands_width = simd * bits(x.width());
+    let vector_words = if replay { quant.inputs() } else { simd };
+    let address = address_width(layer.folds());
+    let bias_address = address_width(layer.array_beats());
+    let table = quant.table.as_deref();
+    let drains = layer.drain_beats() > 1;
+    let mut flow = vec![match (replay, layer.neuron_folds()) {
+        (true, 1) => "the vector is held and offered once.".to_owned(),
+        (true, n) => format!("the vector is held and offered {n} times, once for each group of neurons."),
+        (false, _) => "the words of the layer before are used as they come.".to_owned(),
+    }];
+    if layer.accumulates() {
+        flow.push(format!(
+            "A sum takes {} clocks and is kept in an accumulator.",
+            layer.synapse_folds()
+        ));
+    }
+    let activation = quant.activation;
+    let context = LayerContext {
+        module,
+        layer: &quant.name,
+        provenance: header.provenance(),
+        pad_clock: " ".repeat(5),
+        inputs: quant.inputs(),
+        outputs: quant.outputs(),
+        activation: activation.name(),
+        pe,
+        pe_s: plural(pe),
+        simd,
+        simd_s: plural(simd),
+        folds: layer.folds(),
+        neuron_folds: layer.neuron_folds(),
+        synapse_folds: layer.synapse_folds(),
+        flow,
+        x_format: x.to_string(),
+        w_format: w.to_string(),
+        y_format: y.to_string(),
+        pre_format: quant.pre.to_string(),
+        sum_latency: sum_latency(layer),
+        finish_latency: finish_latency(layer),
+        drain_note: if drains {
+            format!("1 to {} in the drain, ", layer.drain_beats())
+        } else {
+            String::new()
+        },
+        overflow_note: match activation {
+            Activation::Tanh | Activation::Sigmoid => " Here none can be.",
+            Activation::Relu | Activation::Linear => "",
+        },
+        replay,
+        accumulates: layer.accumulates(),
+        drains,
+        has_table: table.is_some(),
+        valid: if replay { "valid" } else { "valid_i" },
+        flag: if replay { "flag" } else { "flag_i" },
+        operands: if replay { "operands" } else { "words_i" },
+        x_width: bits(x.width()),
+        y_width: bits(y.width()),
+        pre_width,
+        vector_range: range(vector_words * bits(x.width())),
+        words_range: range(lanes * bits(y.width())),
+        operands_range: range(operands_width),
+        operands_width,
+        address_range: range(address),
+        address_width: address,
+        control_depth: ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
+        sums_range: range(pe * sum_width),
+        sum_width,
+        weights_range: range(simd * bits(w.width())),
+        lanes,
+        lane_sums_range: range(lanes * sum_width),
+        bias_address_range: range(bias_address),
+        bias_address_width: bias_address,
+        entries_range: range(lanes * bits(bias_rom_width(quant))),
+        biased_width: bits(quant.biased_width),
+        product_shift: quant.product_shift,
+        extra_width: extra_shift_width(quant),
+        base_shift: quant.base_shift,
+        saturation: match activation {
+            Activation::Linear => 0,
+            Activation::Relu => 1,
+            Activation::Tanh | Activation::Sigmoid => 2,
+        },
+        array_beats: layer.array_beats(),
+        output_beats: layer.output_beats(),
+        pre_range: range(lanes * pre_width),
+        activation_latency: ACTIVATION_LATENCY,
+        segment_range: table.map_or_else(String::new, |t| range(bits(t.segment_bits()))),
+        line_range: table
+            .map_or_else(String::new, |t| range(bits(t.offset_width() + t.slope_width()))),
+        table_module: table_module(header.design, layer).unwrap_or_default(),
+        magnitude_width: table.map_or(0, |t| t.magnitude_bits()),
+        segment_width: table.map_or(0, |t| t.segment_bits()),
+        slope_bits: table.map_or(0, |t| t.slope_bits()),
+        table_fraction: table.map_or(0, |t| t.fraction()),
+        sigmoid: u32::from(activation == Activation::Sigmoid),
+    };
+    header.rtl(module, finish(context.render()))
+}
+
+fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
+    let quant = &layer.quant;
+    let module = format!("{layer_module}_pe");
+    let (x, w) = (bits(quant.input.width()), bits(quant.weight_format.width()));
+    let (simd, sum_width) = (layer.fold.simd, bits(quant.sum_width));
+    let mut levels = Vec::new();
+    let (mut inputs, mut width, mut source) = (simd, x + w, "products".to_owned());
+    for number in 1..=layer.tree_levels() {
+        let wider = (width + 1).min(sum_width);
+        let sums = inputs.div_ceil(2);
+        levels.push(Level {
+            number,
+            inputs,
+            width,
+            sum_width: wider,
+            source,
+            range: range(sums * wider),
+        });
+        (inputs, width, source) = (sums, wider, format!("level{number}"));
+    }
+    // Without an accumulator the tree's last level is the sum, as wide as it may become.
+    let tree = if layer.accumulates() || width == sum_width {
+        source
+    } else {
+        format!("{{{{{}{{{source}[{}]}}}}, {source}[{}:0]}}", sum_width - width + 1, width - 1, width - 2)
+    };
+    let context = PeContext {
+        module: &module,
+        layer: &quant.name,
+        provenance: header.provenance(),
+        pad_clock: " ".repeat(5),
+        simd,
+        simd_s: plural(simd),
+        sum_note: if layer.accumulates() { ", accumulated over a group of clocks" } else { "" },
+        x_format: quant.input.to_string(),
+        w_format: quant.weight_format.to_string(),
+        x_width: x,
+        w_width: w,
+        product_width: x + w,
+        sum_width,
+        latency: sum_latency(layer) - ROM_LATENCY,
+        accumulates: layer.accumulates(),
+        operands_range: range(simd * x),
+        weights_range: range(simd * w),
+        sum_range: range(sum_width),
+        products_range: range(simd * (x + w)),
+        levels,
+        tree,
+        tree_width: width,
+    };
+    header.rtl(&module, finish(context.render()))
+}

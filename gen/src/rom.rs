@@ -1,0 +1,205 @@
+//! ROM leaf modules with literal contents: weights, biases, segments.
+
+use askama::Template;
+use hwgen_spec::activation::OddTable;
+use hwgen_spec::design::{Layer, bias_rom_width, extra_shift_width};
+use hwgen_spec::format::to_bits;
+
+use crate::bundle::File;
+use crate::{Header, address_width, bits, range};
+
+/// Deeper ROMs go to block RAM, shallower ones to LUTs: 64 words are what a LUT ROM is fast for.
+const LOGIC_DEPTH: usize = 64;
+
+#[derive(Template)]
+#[template(path = "rom.v", syntax = "verilog")]
+struct Rom<'a> {
+    module: &'a str,
+    purpose: String,
+    notes: Vec<String>,
+    provenance: String,
+    address_range: String,
+    data_range: String,
+    width: usize,
+    rom_style: &'static str,
+    rows: Vec<Row>,
+}
+
+struct Row {
+    address: String,
+    word: String,
+    comment: String,
+}
+
+/// Fields of a ROM word from the lowest: code and bits.
+type Fields = Vec<(i64, u32)>;
+
+/// The weights of one processing element.
+pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -> File {
+    let width = layer.quant.weight_format.width();
+    let rows = (0..layer.folds())
+        .map(|fold| {
+            let fields = layer.weight_word(pe, fold).into_iter().map(|w| (w, width)).collect();
+            let inputs: Vec<usize> =
+                (0..layer.fold.simd).filter_map(|s| layer.input(s, fold)).collect();
+            let comment = match (layer.neuron(pe, fold), inputs.first(), inputs.last()) {
+                (Some(neuron), Some(first), Some(last)) if first != last => {
+                    format!("neuron {neuron}, inputs {last}..{first}")
+                }
+                (Some(neuron), Some(first), _) => format!("neuron {neuron}, input {first}"),
+                _ => "padding".to_owned(),
+            };
+            (fields, comment)
+        })
+        .collect();
+    let purpose = format!("weights of layer {}, processing element {pe}", layer.quant.name);
+    let notes = vec![
+        format!(
+            "Function:  word a holds the weights of clock a of a frame, input {} * (a % {}) lowest.",
+            layer.fold.simd,
+            layer.synapse_folds()
+        ),
+        format!(
+            "Format:    {} words of {width} bits, {}{}.",
+            layer.fold.simd,
+            layer.quant.weight_format,
+            if layer.quant.max_extra_shift() > 0 {
+                ", finer by the neuron's own shift"
+            } else {
+                ""
+            }
+        ),
+    ];
+    rom(module, purpose, notes, rows, header)
+}
+
+/// Biases and shifts of a layer.
+pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
+    let quant = &layer.quant;
+    let extra = extra_shift_width(quant);
+    let rows = (0..layer.array_beats())
+        .map(|beat| {
+            let word = layer.bias_word(beat);
+            let mut fields = Fields::new();
+            for (bias, shift) in word {
+                fields.push((bias, quant.biased_width));
+                if extra > 0 {
+                    fields.push((i64::from(shift), extra));
+                }
+            }
+            let neurons: Vec<usize> = (beat * layer.lanes..(beat + 1) * layer.lanes)
+                .filter(|n| *n < quant.outputs())
+                .collect();
+            let comment = match (neurons.first(), neurons.last()) {
+                (Some(first), Some(last)) if first != last => format!("neurons {last}..{first}"),
+                (Some(first), _) => format!("neuron {first}"),
+                _ => "padding".to_owned(),
+            };
+            (fields, comment)
+        })
+        .collect();
+    let entry = bias_rom_width(quant);
+    let shape = if extra > 0 {
+        format!("{{shift of {extra} bits, bias of {} bits}}", quant.biased_width)
+    } else {
+        format!("a bias of {} bits", quant.biased_width)
+    };
+    let notes = vec![
+        "Function:  word a holds the entries of output beat a, the lowest neuron lowest.".to_owned(),
+        format!("Format:    {} entr{} of {entry} bits: {shape};", layer.lanes, if layer.lanes == 1 { "y" } else { "ies" }),
+        "           the bias contains half a step of the word that it leads to.".to_owned(),
+    ];
+    rom(module, format!("biases of layer {}", quant.name), notes, rows, header)
+}
+
+/// The segments of an activation table.
+pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File {
+    let (offset, slope) = (table.offset_width(), table.slope_width());
+    let rows = table
+        .lines()
+        .enumerate()
+        .map(|(k, (a, b))| {
+            let start = f64::from(u32::try_from(k).expect("a small table"))
+                * f64::from(1u32 << table.range_log2())
+                / f64::from(u32::try_from(table.segments()).expect("a small table"));
+            (vec![(b, slope), (a, offset)], format!("from {start}"))
+        })
+        .collect();
+    let notes = vec![
+        format!(
+            "Function:  word k is the line over segment k of {} on [0, {}), in tanh's argument.",
+            table.segments(),
+            1u32 << table.range_log2()
+        ),
+        format!(
+            "Format:    {{offset of {offset} bits, {} of them fraction, with half an output step;",
+            table.fraction() + 2
+        ),
+        format!("           slope of {slope} bits, {} of them fraction}}.", table.slope_bits()),
+        format!(
+            "Error:     at most {:.3} output steps of 2^-{} over all codes, minimax per segment.",
+            table.max_error_lsb(),
+            table.fraction()
+        ),
+    ];
+    rom(module, "piecewise-linear tanh for magnitudes".to_owned(), notes, rows, header)
+}
+
+fn rom(
+    module: &str,
+    purpose: String,
+    notes: Vec<String>,
+    words: Vec<(Fields, String)>,
+    header: &Header,
+) -> File {
+    let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
+    let address = address_width(words.len());
+    let digits = words.len().saturating_sub(1).to_string().len();
+    let rows: Vec<Row> = words
+        .iter()
+        .enumerate()
+        .map(|(a, (fields, comment))| Row {
+            address: format!("{address}'d{a:<digits$}"),
+            word: literal(fields, width),
+            comment: comment.clone(),
+        })
+        .collect();
+    let text = Rom {
+        module,
+        purpose,
+        notes,
+        provenance: header.provenance(),
+        address_range: range(address),
+        data_range: range(width),
+        width,
+        rom_style: if words.len() > LOGIC_DEPTH { "block" } else { "logic" },
+        rows,
+    };
+    header.rtl(module, finish(text.render()))
+}
+
+/// A sized hexadecimal literal of the fields, the first lowest.
+pub(crate) fn literal(fields: &[(i64, u32)], width: usize) -> String {
+    let mut nibbles = vec![0u8; width.div_ceil(4)];
+    let mut position = 0;
+    for (code, field) in fields {
+        let word = to_bits(*code, *field);
+        for bit in 0..bits(*field) {
+            if word >> bit & 1 == 1 {
+                nibbles[(position + bit) / 4] |= 1 << ((position + bit) % 4);
+            }
+        }
+        position += bits(*field);
+    }
+    let digits: String = nibbles.iter().rev().map(|n| format!("{n:x}")).collect();
+    format!("{width}'h{digits}")
+}
+
+/// Template text with the final newline that the template engine drops.
+pub(crate) fn finish(rendered: Result<String, askama::Error>) -> String {
+    let mut text = rendered.expect("a template writes to a string");
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,193 @@
+//! The top module, and what surrounds the RTL: bench, scripts, constraints.
+
+use askama::Template;
+use hwgen_spec::design::{Design, Port};
+use hwgen_spec::format::QFormat;
+
+use crate::bundle::File;
+use crate::rom::{finish, literal};
+use crate::stage::unit;
+use crate::{Header, bits, range};
+
+#[derive(Template)]
+#[template(path = "top.v", syntax = "verilog")]
+struct TopContext<'a> {
+    module: &'a str,
+    purpose: String,
+    provenance: String,
+    pad_clock: String,
+    x_format: String,
+    x_width: usize,
+    source_words: usize,
+    source_lane: u32,
+    source_per_beat: usize,
+    source_beats: usize,
+    source_notes: Vec<String>,
+    source_range: String,
+    sink_words: usize,
+    sink_lane: u32,
+    sink_per_beat: usize,
+    sink_beats: usize,
+    sink_notes: Vec<String>,
+    sink_range: String,
+    user_range: String,
+    box_range: String,
+    out_range: String,
+    low: Vec<String>,
+    high: Vec<String>,
+    latency: usize,
+    interval: usize,
+}
+
+#[derive(Template)]
+#[template(path = "tb.v", syntax = "verilog")]
+struct BenchContext<'a> {
+    design: &'a str,
+    s_data_bits: usize,
+    m_data_bits: usize,
+    m_user_bits: usize,
+}
+
+#[derive(Template)]
+#[template(path = "tb_icarus.v", syntax = "verilog")]
+struct IcarusBenchContext<'a> {
+    design: &'a str,
+}
+
+#[derive(Template)]
+#[template(path = "synth.ys", syntax = "verilog")]
+struct SynthesisContext<'a> {
+    module: &'a str,
+    sources: Vec<&'a str>,
+}
+
+#[derive(Template)]
+#[template(path = "fusesoc.core", syntax = "verilog")]
+struct CoreContext<'a> {
+    module: &'a str,
+    purpose: String,
+    sources: Vec<&'a str>,
+}
+
+#[derive(Template)]
+#[template(path = "clock.sdc", syntax = "verilog")]
+struct ClockContext<'a> {
+    module: &'a str,
+}
+
+/// Bits of TUSER: saturated, frame error.
+pub(crate) const USER_BITS: usize = 2;
+
+fn purpose(design: &Design) -> String {
+    let networks = &design.perceptron().networks;
+    let names: Vec<&str> = networks.iter().map(|n| n.name.as_str()).collect();
+    format!(
+        "{} inputs to {} outputs through {} network{} ({})",
+        design.source().words,
+        design.sink().words,
+        names.len(),
+        crate::plural(names.len()),
+        names.join(", ")
+    )
+}
+
+/// `0 u0, 1 v0, ...` in lines that fit.
+fn wrap(words: impl Iterator<Item = String>) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in words {
+        let line = lines.last_mut().expect("there is a line");
+        if !line.is_empty() && line.len() + word.len() > 78 {
+            lines.push(word);
+        } else {
+            if !line.is_empty() {
+                line.push_str(", ");
+            }
+            line.push_str(&word);
+        }
+    }
+    lines
+}
+
+pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
+    let module = design.name();
+    let (source, sink): (&Port, &Port) = (design.source(), design.sink());
+    let format: QFormat = design.input().format;
+    let width = bits(format.width());
+    let bounds = |codes: &[i64]| -> Vec<String> {
+        let last = codes.len() - 1;
+        codes
+            .iter()
+            .enumerate()
+            .rev()
+            .map(|(i, code)| {
+                let comma = if i == 0 { "" } else { "," };
+                let word = literal(&[(*code, format.width())], width);
+                format!("{word}{comma}  // {}: {}", design.input_names()[i], format.to_f64(*code))
+            })
+            .take(last + 1)
+            .collect()
+    };
+    let outputs = design.perceptron().networks.iter().flat_map(|n| {
+        let shape = format!("{}{}", n.last().quant.output, unit(&n.unit));
+        n.output_names.iter().map(move |o| format!("{}.{o} {shape}", n.name))
+    });
+    let context = TopContext {
+        module,
+        purpose: format!("{}.", purpose(design)),
+        provenance: header.provenance(),
+        pad_clock: " ".repeat(5),
+        x_format: format!("{format}{}", unit(design.input_unit())),
+        x_width: width,
+        source_words: source.words,
+        source_lane: source.lane_bits,
+        source_per_beat: source.words_per_beat,
+        source_beats: source.beats(),
+        source_notes: wrap(design.input_names().iter().cloned()),
+        source_range: range(source.data_bits()),
+        sink_words: sink.words,
+        sink_lane: sink.lane_bits,
+        sink_per_beat: sink.words_per_beat,
+        sink_beats: sink.beats(),
+        sink_notes: wrap(outputs),
+        sink_range: range(sink.data_bits()),
+        user_range: range(USER_BITS),
+        box_range: range(source.words * width),
+        out_range: range(sink.words * bits(sink.lane_bits)),
+        low: bounds(&design.input().low),
+        high: bounds(&design.input().high),
+        latency: design.latency_cycles(),
+        interval: design.interval_cycles(),
+    };
+    vec![header.rtl(module, finish(context.render()))]
+}
+
+/// Bench, synthesis script, package description and clock constraint for the RTL files.
+pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File> {
+    let name = header.design;
+    let sources: Vec<&str> = rtl.iter().map(|f| f.path.as_str()).collect();
+    let bench = BenchContext {
+        design: name,
+        s_data_bits: design.source().data_bits(),
+        m_data_bits: design.sink().data_bits(),
+        m_user_bits: USER_BITS,
+    };
+    let core = CoreContext { module: name, purpose: purpose(design), sources: sources.clone() };
+    let file = |path: String, text: String| File { path, text };
+    vec![
+        file(format!("tb/{name}_tb.v"), finish(bench.render())),
+        file(
+            format!("tb/{name}_tb_icarus.v"),
+            finish(IcarusBenchContext { design: name }.render()),
+        ),
+        file("tb/sim_main.cpp".into(), include_str!("../../rtl/tb/sim_main.cpp").to_owned()),
+        file(
+            format!("syn/{name}.ys"),
+            finish(SynthesisContext { module: name, sources }.render()),
+        ),
+        file(format!("{name}.core"), finish(core.render())),
+        file(
+            format!("constraints/{name}.sdc"),
+            finish(ClockContext { module: name }.render()),
+        ),
+    ]
+}

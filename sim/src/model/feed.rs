@@ -1,0 +1,176 @@
+//! The cells that bring operands to an array: gather, replay, beats.
+
+use super::probe::{Probe, address_bits, counter_bits};
+
+/// `hwg_gather`.
+#[derive(Clone, Debug)]
+pub(super) struct Gather {
+    bits: u32,
+    lanes: usize,
+    beats: usize,
+    slots: Vec<i64>,
+    count: usize,
+    start: bool,
+    flag: bool,
+}
+
+impl Gather {
+    pub(super) fn new(words: usize, lanes: usize, bits: u32) -> Self {
+        let beats = words.div_ceil(lanes);
+        let slots = vec![0; beats * lanes];
+        Self { bits, lanes, beats, slots, count: 0, start: false, flag: false }
+    }
+
+    pub(super) fn start(&self) -> bool {
+        self.start
+    }
+
+    pub(super) fn flag(&self) -> bool {
+        self.flag
+    }
+
+    pub(super) fn vector(&self) -> &[i64] {
+        &self.slots
+    }
+
+    pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
+        let last = self.count == self.beats - 1;
+        if valid {
+            self.flag = (self.flag && self.count != 0) || flag;
+            self.slots.copy_within(self.lanes.., 0);
+            let end = self.slots.len() - self.lanes;
+            self.slots[end..].copy_from_slice(data);
+        }
+        self.start = !reset && valid && last;
+        self.count = match (reset, valid) {
+            (true, _) => 0,
+            (_, true) if last => 0,
+            (_, true) => self.count + 1,
+            (_, false) => self.count,
+        };
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.words("slot_q", self.bits, &self.slots);
+        probe.count("count_q", counter_bits(self.beats), self.count);
+        probe.bit("start_q", self.start);
+        probe.bit("flag_q", self.flag);
+    }
+}
+
+/// Control bits that go with the operands of a clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Control {
+    pub(super) valid: bool,
+    pub(super) first: bool,
+    pub(super) last: bool,
+    pub(super) flag: bool,
+}
+
+/// `hwg_replay`.
+#[derive(Clone, Debug)]
+pub(super) struct Replay {
+    bits: u32,
+    simd: usize,
+    synapse_folds: usize,
+    folds: usize,
+    slots: Vec<i64>,
+    address: usize,
+    step: usize,
+    busy: bool,
+    flag: bool,
+}
+
+impl Replay {
+    pub(super) fn new(simd: usize, synapse_folds: usize, neuron_folds: usize, bits: u32) -> Self {
+        Self {
+            bits,
+            simd,
+            synapse_folds,
+            folds: synapse_folds * neuron_folds,
+            slots: vec![0; simd * synapse_folds],
+            address: 0,
+            step: 0,
+            busy: false,
+            flag: false,
+        }
+    }
+
+    pub(super) fn control(&self) -> Control {
+        Control {
+            valid: self.busy,
+            first: self.step == 0,
+            last: self.step == self.synapse_folds - 1,
+            flag: self.flag,
+        }
+    }
+
+    pub(super) fn words(&self) -> &[i64] {
+        &self.slots[..self.simd]
+    }
+
+    pub(super) fn address(&self) -> usize {
+        self.address
+    }
+
+    pub(super) fn step(&mut self, reset: bool, start: bool, flag: bool, vector: &[i64]) {
+        let last = self.address == self.folds - 1;
+        if start {
+            let words = vector.len().min(self.slots.len());
+            self.slots.fill(0);
+            self.slots[..words].copy_from_slice(&vector[..words]);
+            self.flag = flag;
+        } else if self.busy {
+            self.slots.rotate_left(self.simd % self.slots.len());
+        }
+        if reset || start {
+            (self.busy, self.address, self.step) = (!reset, 0, 0);
+        } else if self.busy {
+            self.busy = !last;
+            self.address = if last { 0 } else { self.address + 1 };
+            self.step = if self.step == self.synapse_folds - 1 { 0 } else { self.step + 1 };
+        }
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.words("slot_q", self.bits, &self.slots);
+        probe.count("address_q", address_bits(self.folds), self.address);
+        probe.count("step_q", counter_bits(self.synapse_folds), self.step);
+        probe.bit("busy_q", self.busy);
+        probe.bit("flag_q", self.flag);
+    }
+}
+
+/// `hwg_beats`.
+#[derive(Clone, Debug)]
+pub(super) struct Beats {
+    beats: usize,
+    address: usize,
+}
+
+impl Beats {
+    pub(super) fn new(beats: usize) -> Self {
+        Self { beats, address: 0 }
+    }
+
+    pub(super) fn control(&self, valid: bool, flag: bool) -> Control {
+        Control { valid, first: self.address == 0, last: self.address == self.beats - 1, flag }
+    }
+
+    pub(super) fn address(&self) -> usize {
+        self.address
+    }
+
+    pub(super) fn step(&mut self, reset: bool, valid: bool) {
+        self.address = match (reset, valid) {
+            (true, _) => 0,
+            (_, true) if self.address == self.beats - 1 => 0,
+            (_, true) => self.address + 1,
+            (_, false) => self.address,
+        };
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.count("address_q", address_bits(self.beats), self.address);
+    }
+}

@@ -1,0 +1,53 @@
+//! How registers are shown to the outside: one walk for their names and for their values.
+
+use std::fmt;
+
+/// Is shown every architectural register of the model, always in the same order.
+///
+/// Names and values come from the same walk, so that they can't fall apart.
+pub trait Probe {
+    /// Steps into an instance or generate block.
+    fn enter(&mut self, scope: fmt::Arguments<'_>);
+    /// Steps out again.
+    fn leave(&mut self);
+    /// A packed register of equal words, the first in the lowest bits.
+    fn words(&mut self, name: &str, bits: u32, values: &[i64]);
+    /// A packed register of unequal fields, the first in the lowest bits.
+    fn fields(&mut self, name: &str, bits: &[u32], values: &[i64]);
+
+    /// A register of one word.
+    fn word(&mut self, name: &str, bits: u32, value: i64) {
+        self.words(name, bits, &[value]);
+    }
+
+    /// A register of one bit.
+    fn bit(&mut self, name: &str, value: bool) {
+        self.words(name, 1, &[i64::from(value)]);
+    }
+
+    /// A counter.
+    fn count(&mut self, name: &str, bits: u32, value: usize) {
+        self.words(name, bits, &[i64::try_from(value).expect("a counter of few bits")]);
+    }
+}
+
+/// Shows an instance below a scope.
+pub(super) fn within<P: Probe>(
+    probe: &mut P,
+    scope: fmt::Arguments<'_>,
+    show: impl FnOnce(&mut P),
+) {
+    probe.enter(scope);
+    show(probe);
+    probe.leave();
+}
+
+/// `$clog2(n + 1)`: bits of a counter that reaches `n`.
+pub(super) fn counter_bits(n: usize) -> u32 {
+    usize::BITS - n.leading_zeros()
+}
+
+/// Bits of an address of `words` words, at least one.
+pub(super) fn address_bits(words: usize) -> u32 {
+    counter_bits(words - 1).max(1)
+}

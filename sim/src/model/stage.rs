@@ -1,0 +1,162 @@
+//! The perceptron stage: `<design>_mlp`.
+
+use hwgen_spec::design::{Feed, Perceptron};
+use hwgen_spec::schedule::Schedule;
+
+use super::feed::Gather;
+use super::layer::{Beat, LayerModel};
+use super::probe::{Probe, within};
+use super::stream::{Admit, Fifo};
+
+/// A layer and, where a whole vector is wanted behind it, its gathering.
+#[derive(Clone, Debug)]
+struct Node {
+    name: String,
+    layer: LayerModel,
+    gather: Option<Gather>,
+    /// Whether the layer takes beats, not whole vectors.
+    direct: bool,
+    /// The node in front; `None` reads the input frame.
+    before: Option<usize>,
+}
+
+/// What enters the stage in a clock.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry<'a> {
+    pub(super) valid: bool,
+    pub(super) words: &'a [i64],
+    pub(super) clipped: bool,
+    pub(super) error: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct StageModel {
+    admit: Admit,
+    frames: Fifo,
+    nodes: Vec<Node>,
+    /// Name, last node and FIFO of each network.
+    answers: Vec<(String, usize, Fifo)>,
+}
+
+impl StageModel {
+    pub(super) fn new(stage: &Perceptron, schedule: &Schedule) -> Self {
+        let mut nodes: Vec<Node> = Vec::new();
+        let mut answers = Vec::new();
+        let mut push = |layer: &hwgen_spec::design::Layer, before, gathers: bool| {
+            let quant = &layer.quant;
+            nodes.push(Node {
+                name: quant.name.clone(),
+                layer: LayerModel::new(layer),
+                gather: gathers
+                    .then(|| Gather::new(quant.outputs(), layer.lanes, quant.output.width())),
+                direct: layer.feed == Feed::Direct,
+                before,
+            });
+            nodes.len() - 1
+        };
+        let mut shared = None;
+        for (i, layer) in stage.shared.iter().enumerate() {
+            let gathers = match stage.shared.get(i + 1) {
+                Some(next) => next.feed == Feed::Replay,
+                None => stage.networks.iter().any(|n| n.layers[0].feed == Feed::Replay),
+            };
+            shared = Some(push(layer, shared, gathers));
+        }
+        for network in &stage.networks {
+            let mut before = shared;
+            for (i, layer) in network.layers.iter().enumerate() {
+                let gathers =
+                    network.layers.get(i + 1).is_none_or(|next| next.feed == Feed::Replay);
+                before = Some(push(layer, before, gathers));
+            }
+            let last = &network.last().quant;
+            let mut widths = vec![last.output.width(); last.outputs()];
+            widths.push(1);
+            let fifo = Fifo::new(widths, schedule.fifo_depth);
+            answers.push((network.name.clone(), before.expect("a layer"), fifo));
+        }
+        Self {
+            admit: Admit::new(schedule.interval, schedule.credits),
+            frames: Fifo::new(vec![1, 1], schedule.fifo_depth),
+            nodes,
+            answers,
+        }
+    }
+
+    /// Whether a frame that is offered starts.
+    pub(super) fn ready(&self) -> bool {
+        self.admit.ready()
+    }
+
+    /// Whether an answer is offered.
+    pub(super) fn valid(&self) -> bool {
+        self.frames.valid() && self.answers.iter().all(|(_, _, fifo)| fifo.valid())
+    }
+
+    /// Flags of the answer that is offered: error, saturated.
+    pub(super) fn user(&self) -> i64 {
+        let (clipped, error) = (self.frames.head()[0], self.frames.head()[1]);
+        let saturated = self.answers.iter().any(|(_, _, fifo)| fifo.head().last() == Some(&1));
+        error << 1 | (clipped | i64::from(saturated))
+    }
+
+    /// Writes the words of the answer that is offered.
+    pub(super) fn answer(&self, words: &mut [i64]) {
+        let codes = self.answers.iter().flat_map(|(_, _, fifo)| {
+            let head = fifo.head();
+            &head[..head.len() - 1]
+        });
+        for (word, code) in words.iter_mut().zip(codes) {
+            *word = *code;
+        }
+    }
+
+    /// `leaves`: the answer that is offered is taken.
+    pub(super) fn step(&mut self, reset: bool, entry: Entry<'_>, leaves: bool) {
+        let start = entry.valid && self.admit.ready();
+        for (_, last, fifo) in &mut self.answers {
+            let gather = self.nodes[*last].gather.as_ref().expect("answers are gathered");
+            fifo.step(reset, gather.start(), leaves, |slot| {
+                let (flag, words) = slot.split_last_mut().expect("a flag");
+                words.copy_from_slice(&gather.vector()[..words.len()]);
+                *flag = i64::from(gather.flag());
+            });
+        }
+        for i in (0..self.nodes.len()).rev() {
+            let (fore, rest) = self.nodes.split_at_mut(i);
+            let node = &mut rest[0];
+            if let Some(gather) = &mut node.gather {
+                let beat = node.layer.beat();
+                gather.step(reset, beat.valid, beat.flag, beat.words);
+            }
+            let input = match node.before.map(|b| &fore[b]) {
+                None => Beat { valid: start, flag: false, words: entry.words },
+                Some(before) if node.direct => before.layer.beat(),
+                Some(before) => {
+                    let gather = before.gather.as_ref().expect("a vector is wanted");
+                    Beat { valid: gather.start(), flag: gather.flag(), words: gather.vector() }
+                }
+            };
+            node.layer.step(reset, input);
+        }
+        self.frames.step(reset, start, leaves, |slot| {
+            slot[0] = i64::from(entry.clipped);
+            slot[1] = i64::from(entry.error);
+        });
+        self.admit.step(reset, start, leaves);
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        within(probe, format_args!("u_admit"), |p| self.admit.show(p));
+        within(probe, format_args!("u_frames"), |p| self.frames.show(p));
+        for node in &self.nodes {
+            node.layer.show(probe);
+            if let Some(gather) = &node.gather {
+                within(probe, format_args!("u_{}_gather", node.name), |p| gather.show(p));
+            }
+        }
+        for (name, _, fifo) in &self.answers {
+            within(probe, format_args!("u_{name}_answers"), |p| fifo.show(p));
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! The cells at the ends of a stage: FIFO, ingress, admission, egress.
+
+use hwgen_spec::quantize::InputFormat;
+
+use super::probe::{Probe, counter_bits, within};
+
+/// `hwg_fifo`: a word is a few fields.
+#[derive(Clone, Debug)]
+pub(super) struct Fifo {
+    widths: Vec<u32>,
+    slots: Vec<i64>,
+    count: usize,
+    valid: bool,
+    ready: bool,
+    depth: usize,
+}
+
+impl Fifo {
+    pub(super) fn new(widths: Vec<u32>, depth: usize) -> Self {
+        let slots = vec![0; widths.len() * depth];
+        Self { widths, slots, count: 0, valid: false, ready: false, depth }
+    }
+
+    pub(super) fn valid(&self) -> bool {
+        self.valid
+    }
+
+    pub(super) fn ready(&self) -> bool {
+        self.ready
+    }
+
+    /// The fields of the head.
+    pub(super) fn head(&self) -> &[i64] {
+        &self.slots[..self.widths.len()]
+    }
+
+    /// `put` writes the fields of the word that is offered.
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        offered: bool,
+        taken: bool,
+        put: impl FnOnce(&mut [i64]),
+    ) {
+        let fields = self.widths.len();
+        let (push, pop) = (offered && self.ready, self.valid && taken);
+        let tail = self.count - usize::from(pop);
+        if pop {
+            self.slots.copy_within(fields.., 0);
+        }
+        if push {
+            put(&mut self.slots[tail * fields..(tail + 1) * fields]);
+        }
+        // Data moves whatever the reset does; the handshake does not let it be seen.
+        let count = if reset { 0 } else { tail + usize::from(push) };
+        self.count = count;
+        self.valid = count != 0;
+        self.ready = !reset && count != self.depth;
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        let widths: Vec<u32> = if probe_wants_names(probe) {
+            self.widths.iter().copied().cycle().take(self.slots.len()).collect()
+        } else {
+            Vec::new()
+        };
+        probe.fields("slot_q", &widths, &self.slots);
+        probe.count("count_q", counter_bits(self.depth), self.count);
+        probe.bit("valid_q", self.valid);
+        probe.bit("ready_q", self.ready);
+    }
+}
+
+fn probe_wants_names<P: Probe>(_: &P) -> bool {
+    true
+}
+
+/// `hwg_ingress`.
+#[derive(Clone, Debug)]
+pub(super) struct Ingress {
+    input: InputFormat,
+    beat_words: usize,
+    beats: usize,
+    slice: Fifo,
+    index: usize,
+    words: Vec<i64>,
+    full: bool,
+    clipped: bool,
+    error: bool,
+}
+
+impl Ingress {
+    pub(super) fn new(input: &InputFormat, beat_words: usize, lane_bits: u32) -> Self {
+        let words = input.low.len();
+        let mut widths = vec![lane_bits; beat_words];
+        widths.push(1);
+        Self {
+            input: input.clone(),
+            beat_words,
+            beats: words.div_ceil(beat_words),
+            slice: Fifo::new(widths, 2),
+            index: 0,
+            words: vec![0; words],
+            full: false,
+            clipped: false,
+            error: false,
+        }
+    }
+
+    pub(super) fn ready(&self) -> bool {
+        self.slice.ready()
+    }
+
+    pub(super) fn full(&self) -> bool {
+        self.full
+    }
+
+    pub(super) fn words(&self) -> &[i64] {
+        &self.words
+    }
+
+    pub(super) fn clipped(&self) -> bool {
+        self.clipped
+    }
+
+    pub(super) fn error(&self) -> bool {
+        self.error
+    }
+
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        (valid, last, data): (bool, bool, &[i64]),
+        frame_ready: bool,
+    ) {
+        let room = !self.full || frame_ready;
+        let take = self.slice.valid() && room;
+        let mut full = self.full && !frame_ready;
+        let mut index = self.index;
+        if take {
+            let head = self.slice.head();
+            let ends = head[self.beat_words] != 0;
+            let first = self.index == 0;
+            let mut outside = false;
+            let base = self.index * self.beat_words;
+            if first {
+                self.words.copy_from_slice(&self.input.low);
+            }
+            for (lane, value) in head[..self.beat_words].iter().enumerate() {
+                let word = base + lane;
+                if self.index < self.beats && word < self.words.len() {
+                    let inside = (*value).clamp(self.input.low[word], self.input.high[word]);
+                    outside |= inside != *value;
+                    self.words[word] = inside;
+                }
+            }
+            self.clipped = (self.clipped && !first) || outside;
+            self.error = self.index != self.beats - 1;
+            index = if ends { 0 } else { (index + 1).min(self.beats) };
+            full |= ends;
+        }
+        let beat_words = self.beat_words;
+        self.slice.step(reset, valid, room, |slot| {
+            slot[..beat_words].copy_from_slice(data);
+            slot[beat_words] = i64::from(last);
+        });
+        self.index = if reset { 0 } else { index };
+        self.full = !reset && full;
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        within(probe, format_args!("u_slice"), |p| self.slice.show(p));
+        probe.count("index_q", counter_bits(self.beats), self.index);
+        probe.words("word_q", self.input.format.width(), &self.words);
+        probe.bit("full_q", self.full);
+        probe.bit("clipped_q", self.clipped);
+        probe.bit("error_q", self.error);
+    }
+}
+
+/// `hwg_admit`.
+#[derive(Clone, Debug)]
+pub(super) struct Admit {
+    interval: usize,
+    credits: usize,
+    gap: usize,
+    credit: usize,
+    ready: bool,
+}
+
+impl Admit {
+    pub(super) fn new(interval: usize, credits: usize) -> Self {
+        Self { interval, credits, gap: 0, credit: 0, ready: false }
+    }
+
+    pub(super) fn ready(&self) -> bool {
+        self.ready
+    }
+
+    pub(super) fn step(&mut self, reset: bool, start: bool, release: bool) {
+        if reset {
+            (self.gap, self.credit, self.ready) = (0, self.credits, false);
+            return;
+        }
+        self.gap = if start { self.interval - 1 } else { self.gap.saturating_sub(1) };
+        self.credit = self.credit + usize::from(release) - usize::from(start);
+        self.ready = self.gap == 0 && self.credit != 0;
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.count("gap_q", counter_bits(self.interval), self.gap);
+        probe.count("credit_q", counter_bits(self.credits), self.credit);
+        probe.bit("ready_q", self.ready);
+    }
+}
+
+/// `hwg_egress`.
+#[derive(Clone, Debug)]
+pub(super) struct Egress {
+    lane_bits: u32,
+    beat_words: usize,
+    beats: usize,
+    slots: Vec<i64>,
+    left: usize,
+    user: i64,
+    slice: Fifo,
+}
+
+impl Egress {
+    pub(super) fn new(words: usize, beat_words: usize, lane_bits: u32) -> Self {
+        let beats = words.div_ceil(beat_words);
+        let mut widths = vec![lane_bits; beat_words];
+        widths.extend([2, 1]);
+        Self {
+            lane_bits,
+            beat_words,
+            beats,
+            slots: vec![0; beats * beat_words],
+            left: 0,
+            user: 0,
+            slice: Fifo::new(widths, 2),
+        }
+    }
+
+    /// Whether a frame would be taken in this clock.
+    pub(super) fn ready(&self) -> bool {
+        self.left == 0 || (self.left == 1 && self.slice.ready())
+    }
+
+    /// The beat at the port, if there is one: data, user, last.
+    pub(super) fn beat(&self) -> Option<(&[i64], i64, bool)> {
+        let head = self.slice.head();
+        let (data, rest) = head.split_at(self.beat_words);
+        self.slice.valid().then(|| (data, rest[0], rest[1] != 0))
+    }
+
+    /// `put` writes the words of the frame that is loaded.
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        load: bool,
+        user: i64,
+        taken: bool,
+        put: impl FnOnce(&mut [i64]),
+    ) {
+        let sends = self.left != 0;
+        let accepted = sends && self.slice.ready();
+        let (beat_words, last) = (self.beat_words, self.left == 1);
+        let (slots, old_user) = (&self.slots, self.user);
+        self.slice.step(reset, sends, taken, |slot| {
+            slot[..beat_words].copy_from_slice(&slots[..beat_words]);
+            slot[beat_words] = old_user;
+            slot[beat_words + 1] = i64::from(last);
+        });
+        if load {
+            self.slots.fill(0);
+            put(&mut self.slots);
+            self.user = user;
+        } else if accepted {
+            self.slots.copy_within(beat_words.., 0);
+        }
+        self.left = match (reset, load) {
+            (true, _) => 0,
+            (_, true) => self.beats,
+            _ => self.left - usize::from(accepted),
+        };
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        within(probe, format_args!("u_slice"), |p| self.slice.show(p));
+        probe.words("slot_q", self.lane_bits, &self.slots);
+        probe.count("left_q", counter_bits(self.beats), self.left);
+        probe.word("user_q", 2, self.user);
+    }
+}
