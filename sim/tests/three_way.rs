@@ -11,6 +11,8 @@ use hwgen_sim::simulator::{BuildPlan, Built, Purpose, ReplayPlan, Simulator};
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::trace::{Dump, RtlValue};
 
+#[path = "support/echo.rs"]
+mod echo;
 mod support;
 
 const CLOCKS: usize = 200;
@@ -25,9 +27,9 @@ fn build(simulator: Simulator, plan: &BuildPlan) -> Built {
 }
 
 fn simulate(built: &Built, directory: &Path, dump: &str, first_clock: usize) -> Comparison {
-    let pins = support::pins(CLOCKS);
+    let pins = echo::pins(CLOCKS);
     let stimulus = directory.join("stimulus.hex");
-    std::fs::write(&stimulus, support::stimulus(&pins)).expect("written");
+    std::fs::write(&stimulus, echo::stimulus(&pins)).expect("written");
     let replay = built
         .replay(&ReplayPlan {
             stimulus,
@@ -38,7 +40,7 @@ fn simulate(built: &Built, directory: &Path, dump: &str, first_clock: usize) -> 
         .expect("replays");
     assert_eq!(replay.clocks, CLOCKS);
     let mut dump = Dump::open(&replay.dump).expect("a dump");
-    compare(&support::record(&pins), &mut dump, first_clock).expect("comparable")
+    compare(&echo::record(&pins), &mut dump, first_clock).expect("comparable")
 }
 
 fn assert_equal(comparison: &Comparison) {
@@ -60,8 +62,8 @@ fn wrong_weight(name: &str, text: String) -> String {
 }
 
 fn assert_wrong_weight(comparison: &Comparison) {
-    let pins = support::pins(CLOCKS);
-    let record = support::record(&pins);
+    let pins = echo::pins(CLOCKS);
+    let record = echo::record(&pins);
     // The first word that is taken after reset and is not 0.
     let clock = (0..CLOCKS)
         .find(|c| record.values(*c, 3)[13] != 0)
@@ -162,7 +164,7 @@ fn verilator_measures_its_speed() {
     plan.purpose = Purpose::Speed;
     let built = build(Simulator::Verilator, &plan);
     let stimulus = directory.path().join("stimulus.hex");
-    std::fs::write(&stimulus, support::stimulus(&support::pins(5_000))).expect("written");
+    std::fs::write(&stimulus, echo::stimulus(&echo::pins(5_000))).expect("written");
     let speed = built
         .measure_speed(&stimulus, 5_000, directory.path(), Duration::from_secs(60))
         .expect("measured");
@@ -186,7 +188,7 @@ fn a_stimulus_that_is_not_what_was_announced_is_no_success() {
     let plan = support::plan(directory.path(), directory.path(), |_, text| text);
     let built = build(Simulator::Icarus, &plan);
     let stimulus = directory.path().join("stimulus.hex");
-    let whole = support::stimulus(&support::pins(10));
+    let whole = echo::stimulus(&echo::pins(10));
     let cases = [
         ("", "has no first line"),
         (&whole[..whole.len() - 6], "hwgen: replayed 9 clocks"),

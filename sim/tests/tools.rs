@@ -121,7 +121,7 @@ fn an_old_tool_is_refused_and_a_later_directory_is_searched() {
 fn a_compiler_that_does_nothing_is_an_error() {
     let directory = tempfile::tempdir().expect("a directory");
     let bin = directory.path().join("bin");
-    fake(&bin, "iverilog", ICARUS_VERSION);
+    fake(&bin, "iverilog", &format!("{ICARUS_VERSION}\nexit 0"));
     fake(&bin, "vvp", VVP_VERSION);
     let plan = support::plan(directory.path(), directory.path(), |_, text| text);
     // What an earlier run left must not be taken for the result of this one.
