@@ -1,0 +1,176 @@
+//! Runs one command, and leaves behind what was run and what came of it.
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::error::ToolError;
+
+/// A command to be run.
+#[derive(Clone, Debug)]
+pub struct Invocation {
+    /// The name people know the tool by.
+    pub tool: String,
+    /// Its version, for the record.
+    pub version: String,
+    /// The executable.
+    pub program: PathBuf,
+    /// Its arguments.
+    pub arguments: Vec<OsString>,
+    /// Where it runs and where its log is left.
+    pub directory: PathBuf,
+    /// Stem of the log's name: `<label>.log` and `<label>.run.json`.
+    pub label: String,
+    /// How long it may run.
+    pub timeout: Duration,
+}
+
+/// A command that ended with exit status 0.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// All that it printed, on either stream.
+    pub output: String,
+    /// The file that holds the same.
+    pub log: PathBuf,
+    /// How long it ran.
+    pub duration: Duration,
+}
+
+impl Run {
+    /// Whether a line of the output is exactly this.
+    pub fn says(&self, line: &str) -> bool {
+        self.output.lines().any(|l| l.trim_end() == line)
+    }
+
+    /// The error that the verdict is missing.
+    pub fn no_verdict(&self, tool: &str, expected: impl Into<String>) -> ToolError {
+        ToolError::NoVerdict {
+            tool: tool.to_owned(),
+            expected: expected.into(),
+            last_lines: last_lines(&self.output),
+            log: self.log.clone(),
+        }
+    }
+}
+
+/// Lines of the log that an error shows.
+const LAST_LINES: usize = 12;
+
+/// Runs a command to its end.
+///
+/// Command line, version, exit status and duration are left in `<label>.run.json`, standard output
+/// and error in `<label>.log`. Both are deleted first.
+///
+/// # Errors
+/// If it cannot be started, fails, or is still running after its time limit; then it is killed
+/// with all the processes it started.
+pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
+    let directory = &invocation.directory;
+    let log = directory.join(format!("{}.log", invocation.label));
+    let record = directory.join(format!("{}.run.json", invocation.label));
+    std::fs::create_dir_all(directory).map_err(io(directory))?;
+    remove(&record)?;
+    remove(&log)?;
+
+    // Both streams go to one file and not through pipes: a grandchild that keeps a pipe open
+    // could hold us up for ever.
+    let output = File::create(&log).map_err(io(&log))?;
+    let error = output.try_clone().map_err(io(&log))?;
+    let start = Instant::now();
+    let child = Command::new(&invocation.program)
+        .args(&invocation.arguments)
+        .current_dir(directory)
+        .stdin(Stdio::null())
+        .stdout(output)
+        .stderr(error)
+        // A group of its own, so that make's compilers can be killed with make.
+        .process_group(0)
+        .spawn()
+        .map_err(io(&invocation.program))?;
+    let ended = wait(child, start + invocation.timeout).map_err(io(&invocation.program))?;
+    let duration = start.elapsed();
+
+    let text = std::fs::read(&log).map_err(io(&log))?;
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let status = match ended {
+        Some(status) => status.to_string(),
+        None => format!("killed after {} s", invocation.timeout.as_secs_f64()),
+    };
+    let json = serde_json::json!({
+        "tool": invocation.tool,
+        "version": invocation.version,
+        "program": invocation.program.to_string_lossy(),
+        "arguments": invocation.arguments.iter().map(|a| a.to_string_lossy()).collect::<Vec<_>>(),
+        "status": status,
+        "seconds": duration.as_secs_f64(),
+        "log": log.file_name().map(|name| name.to_string_lossy()),
+    });
+    std::fs::write(&record, format!("{json:#}\n")).map_err(io(&record))?;
+
+    match ended {
+        Some(ended) if ended.success() => Ok(Run {
+            output: text,
+            log,
+            duration,
+        }),
+        Some(_) => Err(ToolError::Failed {
+            tool: invocation.tool.clone(),
+            status,
+            last_lines: last_lines(&text),
+            log,
+        }),
+        None => Err(ToolError::TimedOut {
+            tool: invocation.tool.clone(),
+            seconds: invocation.timeout.as_secs_f64(),
+            log,
+        }),
+    }
+}
+
+/// `None` if it had to be killed.
+fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Option<ExitStatus>> {
+    let mut pause = Duration::from_micros(200);
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        let now = Instant::now();
+        if now >= deadline {
+            // Not yet waited for, so its number cannot have passed to another process.
+            if let Ok(group) = i32::try_from(child.id())
+                && let Some(group) = rustix::process::Pid::from_raw(group)
+            {
+                let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+            }
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(pause.min(deadline - now));
+        pause = (pause * 2).min(Duration::from_millis(20));
+    }
+}
+
+/// Deletes a file that need not exist.
+pub(crate) fn remove(path: &Path) -> Result<(), ToolError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io(path)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Names the file in an error.
+pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> ToolError + '_ {
+    move |source| ToolError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+fn last_lines(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
+}

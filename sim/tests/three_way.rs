@@ -1,0 +1,212 @@
+//! A recording, Icarus and Verilator on a hand-written core: equal, and different where it must be.
+//!
+//! A missing simulator fails these tests.
+
+use std::path::Path;
+use std::time::Duration;
+
+use hwgen_sim::compare::{Comparison, compare};
+use hwgen_sim::error::ToolError;
+use hwgen_sim::simulator::{BuildPlan, Built, Purpose, ReplayPlan, Simulator};
+use hwgen_sim::tool::Toolbox;
+use hwgen_sim::trace::{Dump, RtlValue};
+
+#[path = "support/echo.rs"]
+mod echo;
+mod support;
+
+const CLOCKS: usize = 200;
+
+fn toolbox() -> Toolbox {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    Toolbox::new(package.parent().expect("a workspace"))
+}
+
+fn build(simulator: Simulator, plan: &BuildPlan) -> Built {
+    simulator.build(&toolbox(), plan).expect("builds")
+}
+
+fn simulate(built: &Built, directory: &Path, dump: &str, first_clock: usize) -> Comparison {
+    let pins = echo::pins(CLOCKS);
+    let stimulus = directory.join("stimulus.hex");
+    std::fs::write(&stimulus, echo::stimulus(&pins)).expect("written");
+    let replay = built
+        .replay(&ReplayPlan {
+            stimulus,
+            clocks: CLOCKS,
+            dump: directory.join(dump),
+            timeout: Duration::from_secs(60),
+        })
+        .expect("replays");
+    assert_eq!(replay.clocks, CLOCKS);
+    let mut dump = Dump::open(&replay.dump).expect("a dump");
+    compare(&echo::record(&pins), &mut dump, first_clock).expect("comparable")
+}
+
+fn assert_equal(comparison: &Comparison) {
+    assert_eq!(comparison.first_difference, None);
+    assert_eq!(comparison.registers, 7);
+    assert_eq!(comparison.edges, CLOCKS);
+    assert_eq!(comparison.values_compared, 26 * 200);
+}
+
+/// Lane 13 gets a wrong weight, in the simulators only.
+fn wrong_weight(name: &str, text: String) -> String {
+    let right = "(i[23:0] + 24'd1)";
+    if name == "echo_sums.v" {
+        assert!(text.contains(right));
+        text.replace(right, "((i == 13) ? 24'd13 : i[23:0] + 24'd1)")
+    } else {
+        text
+    }
+}
+
+fn assert_wrong_weight(comparison: &Comparison) {
+    let pins = echo::pins(CLOCKS);
+    let record = echo::record(&pins);
+    // The first word that is taken after reset and is not 0.
+    let clock = (0..CLOCKS)
+        .find(|c| record.values(*c, 3)[13] != 0)
+        .expect("a word");
+    let model = record.values(clock, 3)[13];
+    let found = comparison.first_difference.as_ref().expect("a difference");
+    assert_eq!(
+        (found.clock, found.path.as_str(), found.lane),
+        (clock, "u_sums.acc_q", 13)
+    );
+    assert_eq!(found.model, model);
+    assert_eq!(found.rtl, RtlValue::Known(model / 14 * 13));
+}
+
+#[test]
+fn icarus_equals_the_recording_in_both_formats() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let plan = support::plan(directory.path(), directory.path(), |_, text| text);
+    let built = build(Simulator::Icarus, &plan);
+    for dump in ["icarus.vcd", "icarus.fst"] {
+        assert_equal(&simulate(&built, directory.path(), dump, 0));
+    }
+    for file in ["icarus-build", "icarus-replay"] {
+        let record = directory.path().join(format!("{file}.run.json"));
+        let text = std::fs::read_to_string(record).expect("a record of the run");
+        assert!(text.contains("\"status\": \"exit status: 0\""), "{text}");
+        assert!(directory.path().join(format!("{file}.log")).is_file());
+    }
+}
+
+#[test]
+fn icarus_differs_at_the_wrong_weight() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let plan = support::plan(directory.path(), directory.path(), wrong_weight);
+    let built = build(Simulator::Icarus, &plan);
+    for dump in ["icarus.vcd", "icarus.fst"] {
+        assert_wrong_weight(&simulate(&built, directory.path(), dump, 0));
+    }
+}
+
+#[test]
+fn an_unknown_bit_is_a_difference() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let plan = support::plan(directory.path(), directory.path(), |name, text| {
+        if name == "echo_pe.v" {
+            text.replace("acc_q <= 8'sd0;", "acc_q <= 8'b0001_x0z1;")
+        } else {
+            text
+        }
+    });
+    let built = build(Simulator::Icarus, &plan);
+    for dump in ["icarus.vcd", "icarus.fst"] {
+        let comparison = simulate(&built, directory.path(), dump, 0);
+        let found = comparison.first_difference.expect("a difference");
+        assert_eq!(found.clock, 0);
+        assert_eq!(found.path, "u_sums.g_pe[0].u_pe.acc_q");
+        assert_eq!(found.rtl, RtlValue::Unknown("0001x0z1".to_owned()));
+    }
+}
+
+#[test]
+fn verilator_equals_the_recording_and_differs_at_the_wrong_weight() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let cache = directory.path().join("cache");
+    let right = directory.path().join("right");
+    let wrong = directory.path().join("wrong");
+    std::fs::create_dir_all(&right).expect("a directory");
+    std::fs::create_dir_all(&wrong).expect("a directory");
+    let right_plan = support::plan(&right, &cache, |_, text| text);
+    let wrong_plan = support::plan(&wrong, &cache, wrong_weight);
+
+    // Two builders of the same design at once, in one cache.
+    let (first, second) = std::thread::scope(|scope| {
+        let first = scope.spawn(|| build(Simulator::Verilator, &right_plan));
+        let second = build(Simulator::Verilator, &right_plan);
+        (first.join().expect("built"), second)
+    });
+    assert_equal(&simulate(&first, &right, "verilator.vcd", 0));
+    assert_equal(&simulate(&second, &right, "verilator.vcd", 0));
+    let again = build(Simulator::Verilator, &right_plan);
+    assert!(again.cached());
+    assert!(right.join("verilator-build.log").is_file());
+    let left: Vec<_> = std::fs::read_dir(&cache)
+        .expect("a cache")
+        .map(|entry| entry.expect("an entry").file_name())
+        .collect();
+    assert_eq!(left.len(), 1, "{left:?}");
+
+    let other = build(Simulator::Verilator, &wrong_plan);
+    assert!(!other.cached());
+    assert_wrong_weight(&simulate(&other, &wrong, "verilator.vcd", 0));
+}
+
+#[test]
+fn verilator_measures_its_speed() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut plan = support::plan(directory.path(), directory.path(), |_, text| text);
+    plan.purpose = Purpose::Speed;
+    let built = build(Simulator::Verilator, &plan);
+    let stimulus = directory.path().join("stimulus.hex");
+    std::fs::write(&stimulus, echo::stimulus(&echo::pins(5_000))).expect("written");
+    let speed = built
+        .measure_speed(&stimulus, 5_000, directory.path(), Duration::from_secs(60))
+        .expect("measured");
+    assert_eq!(speed.clocks, 5_000);
+    assert!(speed.seconds > 0.0);
+    // A build without a dump says so, and an absent dump is no success.
+    let error = built
+        .replay(&ReplayPlan {
+            stimulus,
+            clocks: 5_000,
+            dump: directory.path().join("none.vcd"),
+            timeout: Duration::from_secs(60),
+        })
+        .unwrap_err();
+    assert!(matches!(error, ToolError::Failed { .. }), "{error}");
+}
+
+#[test]
+fn a_stimulus_that_is_not_what_was_announced_is_no_success() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let plan = support::plan(directory.path(), directory.path(), |_, text| text);
+    let built = build(Simulator::Icarus, &plan);
+    let stimulus = directory.path().join("stimulus.hex");
+    let whole = echo::stimulus(&echo::pins(10));
+    let cases = [
+        ("", "has no first line"),
+        (&whole[..whole.len() - 6], "hwgen: replayed 9 clocks"),
+        (&whole.replacen('8', "q", 1), "is no hexadecimal word"),
+    ];
+    for (text, says) in cases {
+        std::fs::write(&stimulus, text).expect("written");
+        let error = built
+            .replay(&ReplayPlan {
+                stimulus: stimulus.clone(),
+                clocks: 10,
+                dump: directory.path().join("icarus.fst"),
+                timeout: Duration::from_secs(60),
+            })
+            .unwrap_err();
+        let ToolError::NoVerdict { last_lines, .. } = &error else {
+            panic!("{error}");
+        };
+        assert!(last_lines.contains(says), "{error}");
+    }
+}
