@@ -82,7 +82,9 @@ pub enum BundleError {
     #[error(transparent)]
     Design(#[from] DesignError),
     /// The bundle was made by another version of the tool, or its options were changed.
-    #[error("{path}: design digest {expected} expected from its weights and options, {found} found")]
+    #[error(
+        "{path}: design digest {expected} expected from its weights and options, {found} found"
+    )]
     Stale {
         /// The manifest.
         path: PathBuf,
@@ -114,7 +116,11 @@ impl BundleError {
 
 impl Bundle {
     pub(crate) fn new(design: &str, digest: String, files: Vec<File>) -> Self {
-        Self { design: design.to_owned(), digest, files }
+        Self {
+            design: design.to_owned(),
+            digest,
+            files,
+        }
     }
 
     /// Name of the design.
@@ -140,7 +146,9 @@ impl Bundle {
     /// [`BundleError::Exists`] or [`BundleError::Io`]; nothing is left behind then.
     pub fn write(&self, out: &Path) -> Result<(), BundleError> {
         if out.symlink_metadata().is_ok() {
-            return Err(BundleError::Exists { path: out.to_owned() });
+            return Err(BundleError::Exists {
+                path: out.to_owned(),
+            });
         }
         let aside = self.write_aside(out)?;
         rename(&aside.keep(), out)
@@ -156,7 +164,9 @@ impl Bundle {
         }
         let empty = fs::read_dir(out).map_err(io_error(out))?.next().is_none();
         if !empty && !out.join("manifest.json").is_file() {
-            return Err(BundleError::NotABundle { path: out.to_owned() });
+            return Err(BundleError::NotABundle {
+                path: out.to_owned(),
+            });
         }
         let aside = self.write_aside(out)?;
         let old = tempfile::Builder::new()
@@ -190,7 +200,9 @@ impl Bundle {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            let mode = fs::metadata(aside.path().join("rtl")).map_err(io_error(out))?.permissions();
+            let mode = fs::metadata(aside.path().join("rtl"))
+                .map_err(io_error(out))?
+                .permissions();
             let mode = fs::Permissions::from_mode(mode.mode());
             fs::set_permissions(aside.path(), mode).map_err(io_error(out))?;
         }
@@ -216,7 +228,10 @@ impl Source {
     /// [`BundleError`] if a file is missing or changed, or the bundle is another version's.
     pub fn read(directory: &Path) -> Result<Self, BundleError> {
         let path = directory.join("manifest.json");
-        let manifest = |found: String| BundleError::Manifest { path: path.clone(), found };
+        let manifest = |found: String| BundleError::Manifest {
+            path: path.clone(),
+            found,
+        };
         let text = match fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(manifest("none".into())),
@@ -233,19 +248,33 @@ impl Source {
                 Err(e) => e.to_string(),
             };
             if found != file.sha256 {
-                return Err(BundleError::Changed { path, expected: file.sha256.clone(), found });
+                return Err(BundleError::Changed {
+                    path,
+                    expected: file.sha256.clone(),
+                    found,
+                });
             }
         }
         let weights_path = directory.join("weights.json");
         let weights = fs::read_to_string(&weights_path).map_err(io_error(&weights_path))?;
-        let net = weights::read(weights.as_bytes())
-            .map_err(|source| BundleError::Weights { path: weights_path, source })?;
+        let net = weights::read(weights.as_bytes()).map_err(|source| BundleError::Weights {
+            path: weights_path,
+            source,
+        })?;
         let design = Design::new(&net, &read.options)?;
         let expected = design_digest(&design, &weights);
         if expected != read.digest {
-            return Err(BundleError::Stale { path, expected, found: read.digest });
+            return Err(BundleError::Stale {
+                path,
+                expected,
+                found: read.digest,
+            });
         }
-        Ok(Self { manifest: read, net, design })
+        Ok(Self {
+            manifest: read,
+            net,
+            design,
+        })
     }
 }
 

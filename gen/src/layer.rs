@@ -7,7 +7,8 @@ use hwgen_spec::schedule::{ACTIVATION_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
 use hwgen_spec::schedule::{finish_latency, sum_latency};
 
 use crate::bundle::File;
-use crate::rom::{self, finish};
+use crate::rom;
+use crate::text::finish;
 use crate::{Header, address_width, bits, plural, range};
 
 #[derive(Template)]
@@ -16,7 +17,6 @@ struct LayerContext<'a> {
     module: &'a str,
     layer: &'a str,
     provenance: String,
-    pad_clock: String,
     inputs: usize,
     outputs: usize,
     activation: &'static str,
@@ -86,7 +86,6 @@ struct PeContext<'a> {
     module: &'a str,
     layer: &'a str,
     provenance: String,
-    pad_clock: String,
     simd: usize,
     simd_s: &'static str,
     sum_note: &'static str,
@@ -118,13 +117,20 @@ struct Level {
 
 /// Name of the module that holds a table's segments.
 pub(crate) fn table_module(design: &str, layer: &Layer) -> Option<String> {
-    layer.quant.table.as_ref().map(|t| format!("{design}_tanh{}", t.fraction()))
+    layer
+        .quant
+        .table
+        .as_ref()
+        .map(|t| format!("{design}_tanh{}", t.fraction()))
 }
 
 /// All modules of a layer but the table, which layers share.
 pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
     let module = format!("{}_{}", header.design, layer.quant.name);
-    let mut files = vec![layer_module(&module, layer, header), pe_module(&module, layer, header)];
+    let mut files = vec![
+        layer_module(&module, layer, header),
+        pe_module(&module, layer, header),
+    ];
     files.extend(
         (0..layer.fold.pe).map(|pe| rom::weights(&format!("{module}_w{pe}"), layer, pe, header)),
     );
@@ -146,7 +152,9 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let drains = layer.drain_beats() > 1;
     let mut flow = vec![match (replay, layer.neuron_folds()) {
         (true, 1) => "the vector is held and offered once.".to_owned(),
-        (true, n) => format!("the vector is held and offered {n} times, once for each group of neurons."),
+        (true, n) => {
+            format!("the vector is held and offered {n} times, once for each group of neurons.")
+        }
         (false, _) => "the words of the layer before are used as they come.".to_owned(),
     }];
     if layer.accumulates() {
@@ -160,7 +168,6 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         module,
         layer: &quant.name,
         provenance: header.provenance(),
-        pad_clock: " ".repeat(5),
         inputs: quant.inputs(),
         outputs: quant.outputs(),
         activation: activation.name(),
@@ -226,8 +233,9 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         pre_range: range(lanes * pre_width),
         activation_latency: ACTIVATION_LATENCY,
         segment_range: table.map_or_else(String::new, |t| range(bits(t.segment_bits()))),
-        line_range: table
-            .map_or_else(String::new, |t| range(bits(t.offset_width() + t.slope_width()))),
+        line_range: table.map_or_else(String::new, |t| {
+            range(bits(t.offset_width() + t.slope_width()))
+        }),
         table_module: table_module(header.design, layer).unwrap_or_default(),
         magnitude_width: table.map_or(0, |t| t.magnitude_bits()),
         segment_width: table.map_or(0, |t| t.segment_bits()),
@@ -262,16 +270,24 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
     let tree = if layer.accumulates() || width == sum_width {
         source
     } else {
-        format!("{{{{{}{{{source}[{}]}}}}, {source}[{}:0]}}", sum_width - width + 1, width - 1, width - 2)
+        format!(
+            "{{{{{}{{{source}[{}]}}}}, {source}[{}:0]}}",
+            sum_width - width + 1,
+            width - 1,
+            width - 2
+        )
     };
     let context = PeContext {
         module: &module,
         layer: &quant.name,
         provenance: header.provenance(),
-        pad_clock: " ".repeat(5),
         simd,
         simd_s: plural(simd),
-        sum_note: if layer.accumulates() { ", accumulated over a group of clocks" } else { "" },
+        sum_note: if layer.accumulates() {
+            ", accumulated over a group of clocks"
+        } else {
+            ""
+        },
         x_format: quant.input.to_string(),
         w_format: quant.weight_format.to_string(),
         x_width: x,

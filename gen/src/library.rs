@@ -39,7 +39,10 @@ pub(crate) fn cells_used_by(files: &[File]) -> Vec<File> {
         }
     }
     used.iter()
-        .map(|(name, text)| File { path: format!("rtl/{name}.v"), text: (*text).to_owned() })
+        .map(|(name, text)| File {
+            path: format!("rtl/{name}.v"),
+            text: (*text).to_owned(),
+        })
         .collect()
 }
 

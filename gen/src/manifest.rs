@@ -151,9 +151,18 @@ pub struct ManifestFile {
 impl Manifest {
     pub(crate) fn of(design: &Design, digest: &str, files: &[File]) -> Self {
         let input = design.input();
-        let inputs = design.input_names().iter().zip(input.low.iter().zip(&input.high)).map(
-            |(name, (low, high))| (name.clone(), design.input_unit(), input.format, (*low, *high)),
-        );
+        let inputs = design
+            .input_names()
+            .iter()
+            .zip(input.low.iter().zip(&input.high))
+            .map(|(name, (low, high))| {
+                (
+                    name.clone(),
+                    design.input_unit(),
+                    input.format,
+                    (*low, *high),
+                )
+            });
         let outputs = design.perceptron().networks.iter().flat_map(|n| {
             let format = n.last().quant.output;
             n.output_names.iter().map(move |o| {
@@ -184,7 +193,10 @@ impl Manifest {
             layers: design.perceptron().layers().map(layer_entry).collect(),
             files: files
                 .iter()
-                .map(|f| ManifestFile { path: f.path.clone(), sha256: sha256(&f.text) })
+                .map(|f| ManifestFile {
+                    path: f.path.clone(),
+                    sha256: sha256(&f.text),
+                })
                 .collect(),
         }
     }

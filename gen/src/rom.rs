@@ -6,6 +6,7 @@ use hwgen_spec::design::{Layer, bias_rom_width, extra_shift_width};
 use hwgen_spec::format::to_bits;
 
 use crate::bundle::File;
+use crate::text::finish;
 use crate::{Header, address_width, bits, range};
 
 /// Deeper ROMs go to block RAM, shallower ones to LUTs: 64 words are what a LUT ROM is fast for.
@@ -39,9 +40,14 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
     let width = layer.quant.weight_format.width();
     let rows = (0..layer.folds())
         .map(|fold| {
-            let fields = layer.weight_word(pe, fold).into_iter().map(|w| (w, width)).collect();
-            let inputs: Vec<usize> =
-                (0..layer.fold.simd).filter_map(|s| layer.input(s, fold)).collect();
+            let fields = layer
+                .weight_word(pe, fold)
+                .into_iter()
+                .map(|w| (w, width))
+                .collect();
+            let inputs: Vec<usize> = (0..layer.fold.simd)
+                .filter_map(|s| layer.input(s, fold))
+                .collect();
             let comment = match (layer.neuron(pe, fold), inputs.first(), inputs.last()) {
                 (Some(neuron), Some(first), Some(last)) if first != last => {
                     format!("neuron {neuron}, inputs {last}..{first}")
@@ -52,7 +58,10 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
             (fields, comment)
         })
         .collect();
-    let purpose = format!("weights of layer {}, processing element {pe}", layer.quant.name);
+    let purpose = format!(
+        "weights of layer {}, processing element {pe}",
+        layer.quant.name
+    );
     let notes = vec![
         format!(
             "Function:  word a holds the weights of clock a of a frame, input {} * (a % {}) lowest.",
@@ -100,16 +109,30 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
         .collect();
     let entry = bias_rom_width(quant);
     let shape = if extra > 0 {
-        format!("{{shift of {extra} bits, bias of {} bits}}", quant.biased_width)
+        format!(
+            "{{shift of {extra} bits, bias of {} bits}}",
+            quant.biased_width
+        )
     } else {
         format!("a bias of {} bits", quant.biased_width)
     };
     let notes = vec![
-        "Function:  word a holds the entries of output beat a, the lowest neuron lowest.".to_owned(),
-        format!("Format:    {} entr{} of {entry} bits: {shape};", layer.lanes, if layer.lanes == 1 { "y" } else { "ies" }),
+        "Function:  word a holds the entries of output beat a, the lowest neuron lowest."
+            .to_owned(),
+        format!(
+            "Format:    {} entr{} of {entry} bits: {shape};",
+            layer.lanes,
+            if layer.lanes == 1 { "y" } else { "ies" }
+        ),
         "           the bias contains half a step of the word that it leads to.".to_owned(),
     ];
-    rom(module, format!("biases of layer {}", quant.name), notes, rows, header)
+    rom(
+        module,
+        format!("biases of layer {}", quant.name),
+        notes,
+        rows,
+        header,
+    )
 }
 
 /// The segments of an activation table.
@@ -135,14 +158,23 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
             "Format:    {{offset of {offset} bits, {} of them fraction, with half an output step;",
             table.fraction() + 2
         ),
-        format!("           slope of {slope} bits, {} of them fraction}}.", table.slope_bits()),
+        format!(
+            "           slope of {slope} bits, {} of them fraction}}.",
+            table.slope_bits()
+        ),
         format!(
             "Error:     at most {:.3} output steps of 2^-{} over all codes, minimax per segment.",
             table.max_error_lsb(),
             table.fraction()
         ),
     ];
-    rom(module, "piecewise-linear tanh for magnitudes".to_owned(), notes, rows, header)
+    rom(
+        module,
+        "piecewise-linear tanh for magnitudes".to_owned(),
+        notes,
+        rows,
+        header,
+    )
 }
 
 fn rom(
@@ -172,7 +204,11 @@ fn rom(
         address_range: range(address),
         data_range: range(width),
         width,
-        rom_style: if words.len() > LOGIC_DEPTH { "block" } else { "logic" },
+        rom_style: if words.len() > LOGIC_DEPTH {
+            "block"
+        } else {
+            "logic"
+        },
         rows,
     };
     header.rtl(module, finish(text.render()))
@@ -193,13 +229,4 @@ pub(crate) fn literal(fields: &[(i64, u32)], width: usize) -> String {
     }
     let digits: String = nibbles.iter().rev().map(|n| format!("{n:x}")).collect();
     format!("{width}'h{digits}")
-}
-
-/// Template text with the final newline that the template engine drops.
-pub(crate) fn finish(rendered: Result<String, askama::Error>) -> String {
-    let mut text = rendered.expect("a template writes to a string");
-    if !text.ends_with('\n') {
-        text.push('\n');
-    }
-    text
 }

@@ -5,7 +5,8 @@ use hwgen_spec::design::{Design, Feed, Layer, Perceptron};
 
 use crate::bundle::File;
 use crate::layer::{self, table_module};
-use crate::rom::{self, finish};
+use crate::rom;
+use crate::text::finish;
 use crate::{Header, bits, range};
 
 #[derive(Template)]
@@ -13,7 +14,6 @@ use crate::{Header, bits, range};
 struct StageContext {
     module: String,
     provenance: String,
-    pad_clock: String,
     shared_note: String,
     network_notes: Vec<String>,
     x_format: String,
@@ -63,9 +63,10 @@ pub(crate) fn files(design: &Design, stage: &Perceptron, header: &Header) -> Vec
     let mut tables: Vec<String> = Vec::new();
     for layer in stage.layers() {
         files.extend(layer::files(layer, header));
-        if let (Some(module), Some(table)) =
-            (table_module(header.design, layer), layer.quant.table.as_deref())
-        {
+        if let (Some(module), Some(table)) = (
+            table_module(header.design, layer),
+            layer.quant.table.as_deref(),
+        ) {
             if !tables.contains(&module) {
                 files.push(rom::segments(&module, table, header));
                 tables.push(module);
@@ -92,10 +93,13 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
     let mut first = 0;
     for network in &stage.networks {
         for (i, layer) in network.layers.iter().enumerate() {
-            let before =
-                i.checked_sub(1).map_or(stage.shared.last(), |i| Some(&network.layers[i]));
-            let consumers: Vec<Feed> =
-                network.layers.get(i + 1).map_or(vec![Feed::Replay], |next| vec![next.feed]);
+            let before = i
+                .checked_sub(1)
+                .map_or(stage.shared.last(), |i| Some(&network.layers[i]));
+            let consumers: Vec<Feed> = network
+                .layers
+                .get(i + 1)
+                .map_or(vec![Feed::Replay], |next| vec![next.feed]);
             layers.push(layer_context(layer, before, &consumers, header));
         }
         let last = &network.last().quant;
@@ -123,11 +127,13 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
     let context = StageContext {
         module: module.clone(),
         provenance: header.provenance(),
-        pad_clock: " ".repeat(5),
         shared_note: if stage.shared.is_empty() {
             "every network reads the input frame:".to_owned()
         } else {
-            format!("every network reads the words of the shared layers ({}):", sizes(&stage.shared))
+            format!(
+                "every network reads the words of the shared layers ({}):",
+                sizes(&stage.shared)
+            )
         },
         network_notes: stage
             .networks
@@ -161,11 +167,19 @@ fn layer_context(
         (None, _) => ("start".to_owned(), "1'b0".to_owned(), "frame_i".to_owned()),
         (Some(before), true) => {
             let name = &before.quant.name;
-            (format!("{name}_start"), format!("{name}_clipped"), format!("{name}_vector"))
+            (
+                format!("{name}_start"),
+                format!("{name}_clipped"),
+                format!("{name}_vector"),
+            )
         }
         (Some(before), false) => {
             let name = &before.quant.name;
-            (format!("{name}_valid"), format!("{name}_flag"), format!("{name}_words"))
+            (
+                format!("{name}_valid"),
+                format!("{name}_flag"),
+                format!("{name}_words"),
+            )
         }
     };
     let width = bits(quant.output.width());
@@ -196,5 +210,9 @@ fn layer_context(
 
 /// A unit behind a number, in words.
 pub(crate) fn unit(unit: &str) -> String {
-    if unit.is_empty() { String::new() } else { format!(" in {unit}") }
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in {unit}")
+    }
 }

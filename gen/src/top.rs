@@ -5,8 +5,9 @@ use hwgen_spec::design::{Design, Port};
 use hwgen_spec::format::QFormat;
 
 use crate::bundle::File;
-use crate::rom::{finish, literal};
+use crate::rom::literal;
 use crate::stage::unit;
+use crate::text::finish;
 use crate::{Header, bits, range};
 
 #[derive(Template)]
@@ -15,7 +16,6 @@ struct TopContext<'a> {
     module: &'a str,
     purpose: String,
     provenance: String,
-    pad_clock: String,
     x_format: String,
     x_width: usize,
     source_words: usize,
@@ -122,20 +122,25 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
             .map(|(i, code)| {
                 let comma = if i == 0 { "" } else { "," };
                 let word = literal(&[(*code, format.width())], width);
-                format!("{word}{comma}  // {}: {}", design.input_names()[i], format.to_f64(*code))
+                format!(
+                    "{word}{comma}  // {}: {}",
+                    design.input_names()[i],
+                    format.to_f64(*code)
+                )
             })
             .take(last + 1)
             .collect()
     };
     let outputs = design.perceptron().networks.iter().flat_map(|n| {
         let shape = format!("{}{}", n.last().quant.output, unit(&n.unit));
-        n.output_names.iter().map(move |o| format!("{}.{o} {shape}", n.name))
+        n.output_names
+            .iter()
+            .map(move |o| format!("{}.{o} {shape}", n.name))
     });
     let context = TopContext {
         module,
         purpose: format!("{}.", purpose(design)),
         provenance: header.provenance(),
-        pad_clock: " ".repeat(5),
         x_format: format!("{format}{}", unit(design.input_unit())),
         x_width: width,
         source_words: source.words,
@@ -171,7 +176,11 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File
         m_data_bits: design.sink().data_bits(),
         m_user_bits: USER_BITS,
     };
-    let core = CoreContext { module: name, purpose: purpose(design), sources: sources.clone() };
+    let core = CoreContext {
+        module: name,
+        purpose: purpose(design),
+        sources: sources.clone(),
+    };
     let file = |path: String, text: String| File { path, text };
     vec![
         file(format!("tb/{name}_tb.v"), finish(bench.render())),
@@ -179,10 +188,19 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File
             format!("tb/{name}_tb_icarus.v"),
             finish(IcarusBenchContext { design: name }.render()),
         ),
-        file("tb/sim_main.cpp".into(), include_str!("../../rtl/tb/sim_main.cpp").to_owned()),
+        file(
+            "tb/sim_main.cpp".into(),
+            include_str!("../../rtl/tb/sim_main.cpp").to_owned(),
+        ),
         file(
             format!("syn/{name}.ys"),
-            finish(SynthesisContext { module: name, sources }.render()),
+            finish(
+                SynthesisContext {
+                    module: name,
+                    sources,
+                }
+                .render(),
+            ),
         ),
         file(format!("{name}.core"), finish(core.render())),
         file(

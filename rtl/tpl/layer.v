@@ -12,22 +12,24 @@
 `default_nettype none
 
 module @{ module }@ (
-  input  wire @{ pad_clock }@ clk_i,
-  input  wire @{ pad_clock }@ rst_ni,
-@% if replay %@  input  wire @{ pad_clock }@ start_i,   // the vector is whole
-  input  wire @{ pad_clock }@ flag_i,    // a word before was clipped
+  input  wire clk_i,
+  input  wire rst_ni,
+@% if replay %@  input  wire start_i,   // the vector is whole
+  input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ vector_i,
-@% else %@  input  wire @{ pad_clock }@ valid_i,
-  input  wire @{ pad_clock }@ flag_i,    // a word before was clipped
+@% else %@  input  wire valid_i,
+  input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ words_i,
-@% endif %@  output wire @{ pad_clock }@ valid_o,
-  output wire @{ pad_clock }@ flag_o,
+@% endif %@  output wire valid_o,
+  output wire flag_o,
   output wire @{ words_range }@ words_o
 );
   // Operands, @{ simd }@ a clock, and the address of their weights.
 @% if replay %@  wire valid;
 @% endif %@@% if accumulates %@  wire first;
   wire last;
+@% else %@  wire unused_first;  // a sum takes one clock
+  wire unused_last;
 @% endif %@@% if replay %@  wire flag;
   wire @{ operands_range }@ operands;
 @% endif %@  wire @{ address_range }@ address;
@@ -45,8 +47,8 @@ module @{ module }@ (
     .flag_i   (flag_i),
     .vector_i (vector_i),
     .valid_o  (valid),
-    .first_o  (@% if accumulates %@first@% endif %@),
-    .last_o   (@% if accumulates %@last@% endif %@),
+    .first_o  (@% if accumulates %@first@% else %@unused_first@% endif %@),
+    .last_o   (@% if accumulates %@last@% else %@unused_last@% endif %@),
     .flag_o   (flag),
     .words_o  (operands),
     .address_o(address)
@@ -58,8 +60,8 @@ module @{ module }@ (
     .clk_i    (clk_i),
     .rst_ni   (rst_ni),
     .valid_i  (valid_i),
-    .first_o  (@% if accumulates %@first@% endif %@),
-    .last_o   (@% if accumulates %@last@% endif %@),
+    .first_o  (@% if accumulates %@first@% else %@unused_first@% endif %@),
+    .last_o   (@% if accumulates %@last@% else %@unused_last@% endif %@),
     .address_o(address)
   );
 @% endif %@

@@ -14,18 +14,18 @@
 `default_nettype none
 
 module @{ module }@ (
-  input  wire @{ pad_clock }@ clk_i,
-  input  wire @{ pad_clock }@ rst_ni,
-  input  wire @{ pad_clock }@ frame_valid_i,
-  output wire @{ pad_clock }@ frame_ready_o,
+  input  wire clk_i,
+  input  wire rst_ni,
+  input  wire frame_valid_i,
+  output wire frame_ready_o,
   input  wire @{ frame_range }@ frame_i,
-  input  wire @{ pad_clock }@ clipped_i,      // an input was outside of the box
-  input  wire @{ pad_clock }@ error_i,        // the frame was too short or too long
-  output wire @{ pad_clock }@ frame_valid_o,
-  input  wire @{ pad_clock }@ frame_ready_i,
+  input  wire clipped_i,      // an input was outside of the box
+  input  wire error_i,        // the frame was too short or too long
+  output wire frame_valid_o,
+  input  wire frame_ready_i,
   output wire @{ out_range }@ frame_o,
-  output wire @{ pad_clock }@ saturated_o,    // an input or a word inside was clipped
-  output wire @{ pad_clock }@ error_o
+  output wire saturated_o,    // an input or a word inside was clipped
+  output wire error_o
 );
   wire start;
   wire leave = frame_valid_o & frame_ready_i;
@@ -45,6 +45,7 @@ module @{ module }@ (
   // What is known of a frame at its start waits for its words.
   wire clipped;
   wire known;
+  wire unused_frames_ready;  // credits keep the FIFOs from being full
   hwg_fifo #(
     .WIDTH(2),
     .DEPTH(@{ fifo_depth }@)
@@ -52,7 +53,7 @@ module @{ module }@ (
     .clk_i  (clk_i),
     .rst_ni (rst_ni),
     .valid_i(start),
-    .ready_o(),
+    .ready_o(unused_frames_ready),
     .data_i ({error_i, clipped_i}),
     .valid_o(known),
     .ready_i(leave),
@@ -96,6 +97,7 @@ module @{ module }@ (
 @% endif %@@% endfor %@@% for n in networks %@
   // Answers of network @{ n.name }@: @{ n.words }@ words, @{ n.format }@.
   wire @{ n.name }@_known;
+  wire unused_@{ n.name }@_ready;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
   hwg_fifo #(
@@ -105,7 +107,7 @@ module @{ module }@ (
     .clk_i  (clk_i),
     .rst_ni (rst_ni),
     .valid_i(@{ n.last }@_start),
-    .ready_o(),
+    .ready_o(unused_@{ n.name }@_ready),
     .data_i ({@{ n.last }@_clipped, @{ n.last }@_vector}),
     .valid_o(@{ n.name }@_known),
     .ready_i(leave),

@@ -12,9 +12,9 @@
 `default_nettype none
 
 module @{ module }@ (
-  input  wire @{ pad_clock }@ clk_i,
-@% if accumulates %@  input  wire @{ pad_clock }@ enable_i,
-  input  wire @{ pad_clock }@ first_i,
+  input  wire clk_i,
+@% if accumulates %@  input  wire enable_i,
+  input  wire first_i,
 @% endif %@  input  wire @{ operands_range }@ operands_i,
   input  wire @{ weights_range }@ weights_i,
   output wire @{ sum_range }@ sum_o

@@ -7,7 +7,7 @@
 `default_nettype none
 
 module @{ module }@ (
-  input  wire        clk_i,
+  input  wire clk_i,
   input  wire @{ address_range }@ address_i,
   output wire @{ data_range }@ data_o
 );

@@ -19,16 +19,16 @@
 `default_nettype none
 
 module @{ module }@ (
-  input  wire @{ pad_clock }@ aclk,
-  input  wire @{ pad_clock }@ aresetn,
+  input  wire aclk,
+  input  wire aresetn,
   input  wire @{ source_range }@ s_axis_tdata,
-  input  wire @{ pad_clock }@ s_axis_tvalid,
-  output wire @{ pad_clock }@ s_axis_tready,
-  input  wire @{ pad_clock }@ s_axis_tlast,
+  input  wire s_axis_tvalid,
+  output wire s_axis_tready,
+  input  wire s_axis_tlast,
   output wire @{ sink_range }@ m_axis_tdata,
-  output wire @{ pad_clock }@ m_axis_tvalid,
-  input  wire @{ pad_clock }@ m_axis_tready,
-  output wire @{ pad_clock }@ m_axis_tlast,
+  output wire m_axis_tvalid,
+  input  wire m_axis_tready,
+  output wire m_axis_tlast,
   output wire @{ user_range }@ m_axis_tuser
 );
   // The box that inputs are clipped to, the last word first.

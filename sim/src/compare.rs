@@ -82,7 +82,7 @@ pub fn compare_rows(
     let registers = plan.registers;
     let masks: Vec<u64> = registers
         .iter()
-        .flat_map(|r| std::iter::repeat_n(to_bits(-1, r.lane_bits), r.lanes))
+        .flat_map(|r| r.lanes.iter().map(|bits| to_bits(-1, *bits)))
         .collect();
     let edges = plan.clocks.saturating_sub(plan.first_clock);
     if masks.is_empty() || edges == 0 {
@@ -118,13 +118,14 @@ pub fn compare_rows(
         };
         let starts = offsets(registers);
         let register = starts.partition_point(|start| *start <= at) - 1;
+        let lane = at - starts[register];
         first_difference = Some(Difference {
             clock,
             register,
             path: registers[register].path.clone(),
-            lane: at - starts[register],
+            lane,
             model: expected[at],
-            rtl: row.value(at, registers[register].lane_bits),
+            rtl: row.value(at, registers[register].lanes[lane]),
         });
         ControlFlow::Break(())
     })?;

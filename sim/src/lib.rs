@@ -8,7 +8,7 @@
 //! ```
 //! use hwgen_sim::record::{Recording, Register};
 //!
-//! let register = Register { path: "u_dut_part.count_q".to_owned(), lane_bits: 4, lanes: 1 };
+//! let register = Register::uniform("u_dut_part.count_q", 4, 1);
 //! let mut recording = Recording::new(vec![register]);
 //! recording.push(&[0]);
 //! recording.push(&[1]);
@@ -19,8 +19,10 @@ pub mod compare;
 pub mod doctor;
 pub mod error;
 pub mod gtkwave;
+pub mod model;
 pub mod record;
 pub mod simulator;
 pub mod tool;
 pub mod trace;
 pub mod vcd;
+pub mod verify;

@@ -110,7 +110,9 @@ impl Model {
 
     /// The beat at `m_axis`, if `m_axis_tvalid` is high.
     pub fn output(&self) -> Option<OutputBeat<'_>> {
-        self.egress.beat().map(|(data, user, last)| OutputBeat { data, user, last })
+        self.egress
+            .beat()
+            .map(|(data, user, last)| OutputBeat { data, user, last })
     }
 
     /// One rising edge of `aclk`.
@@ -120,7 +122,10 @@ impl Model {
         let frame_ready = self.stage.ready();
         let user = if leaves { self.stage.user() } else { 0 };
         let stage = &self.stage;
-        self.egress.step(reset, leaves, user, pins.m_ready, |words| stage.answer(words));
+        self.egress
+            .step(reset, leaves, user, pins.m_ready, |words| {
+                stage.answer(words)
+            });
         let entry = Entry {
             valid: self.ingress.full(),
             words: self.ingress.words(),
@@ -128,12 +133,20 @@ impl Model {
             error: self.ingress.error(),
         };
         self.stage.step(reset, entry, leaves);
-        self.ingress.step(reset, (pins.s_valid, pins.s_last, &pins.s_data), frame_ready);
+        self.ingress.step(
+            reset,
+            (pins.s_valid, pins.s_last, &pins.s_data),
+            frame_ready,
+        );
     }
 
     /// Names and widths of all registers, in the order of [`values`](Self::values).
     pub fn registers(&self) -> Vec<Register> {
-        let mut names = Names { path: String::new(), ends: Vec::new(), registers: Vec::new() };
+        let mut names = Names {
+            path: String::new(),
+            ends: Vec::new(),
+            registers: Vec::new(),
+        };
         self.show(&mut names);
         names.registers
     }
@@ -171,7 +184,10 @@ impl Probe for Names {
     }
 
     fn fields(&mut self, name: &str, bits: &[u32], _: &[i64]) {
-        self.registers.push(Register { path: format!("{}{name}", self.path), lanes: bits.to_vec() });
+        self.registers.push(Register {
+            path: format!("{}{name}", self.path),
+            lanes: bits.to_vec(),
+        });
     }
 }
 

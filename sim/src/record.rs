@@ -1,26 +1,32 @@
 //! Registers of the core, and their values clock by clock as a model recorded them.
 
-/// One architectural register: a packed vector of signed words, lane 0 in the lowest bits.
+/// One architectural register: a packed vector of words, lane 0 in the lowest bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Register {
     /// Instances and name from the core down, as `u_layer.g_pe[0].u_pe.acc_q`.
     pub path: String,
-    /// Bits of a lane, 1 to [`hwgen_spec::format::MAX_WIDTH`].
-    pub lane_bits: u32,
-    /// Words side by side, at least 1.
-    pub lanes: usize,
+    /// Bits of each lane, 1 to [`hwgen_spec::format::MAX_WIDTH`]; at least one lane.
+    pub lanes: Vec<u32>,
 }
 
 impl Register {
+    /// A register of `lanes` words of `lane_bits` bits each.
+    pub fn uniform(path: impl Into<String>, lane_bits: u32, lanes: usize) -> Self {
+        Self {
+            path: path.into(),
+            lanes: vec![lane_bits; lanes],
+        }
+    }
+
     /// Bits of the whole vector.
     pub fn bits(&self) -> u64 {
-        u64::from(self.lane_bits) * u64::try_from(self.lanes).unwrap_or(u64::MAX)
+        self.lanes.iter().map(|bits| u64::from(*bits)).sum()
     }
 }
 
 /// The value of every register after each rising edge of the clock.
 ///
-/// Only the lowest `lane_bits` bits of a value count, so unsigned counters need no care.
+/// Only the lowest bits of a value, as many as its lane has, count, so unsigned counters need no care.
 ///
 /// # Shape
 /// `[clock][lane]`, the lanes of all registers one after the other.
@@ -37,7 +43,7 @@ impl Recording {
     /// An empty recording of these registers.
     pub fn new(registers: Vec<Register>) -> Self {
         let offsets = offsets(&registers);
-        let lanes = registers.iter().map(|r| r.lanes).sum();
+        let lanes = registers.iter().map(|r| r.lanes.len()).sum();
         Self {
             registers,
             offsets,
@@ -95,7 +101,7 @@ impl Recording {
     /// The lanes of one register after rising edge `clock`.
     pub fn values(&self, clock: usize, register: usize) -> &[i64] {
         let start = self.offsets[register];
-        &self.row(clock)[start..start + self.registers[register].lanes]
+        &self.row(clock)[start..start + self.registers[register].lanes.len()]
     }
 }
 
@@ -104,7 +110,7 @@ pub(crate) fn offsets(registers: &[Register]) -> Vec<usize> {
         .iter()
         .scan(0, |end, register| {
             let start = *end;
-            *end += register.lanes;
+            *end += register.lanes.len();
             Some(start)
         })
         .collect()

@@ -95,8 +95,7 @@ struct Signal {
 /// Where the bits of a signal go.
 struct Target {
     offset: usize,
-    lanes: usize,
-    lane_bits: u32,
+    lanes: Vec<u32>,
 }
 
 impl Dump {
@@ -169,8 +168,7 @@ impl Dump {
             let signal = self.find(register)?;
             targets.entry(signal).or_default().push(Target {
                 offset,
-                lanes: register.lanes,
-                lane_bits: register.lane_bits,
+                lanes: register.lanes.clone(),
             });
         }
         let mut filter: Vec<SignalRef> = targets.keys().copied().collect();
@@ -186,10 +184,10 @@ impl Dump {
 
         let mut state = State {
             unit_ps: self.unit_ps,
-            bits: vec![0; registers.iter().map(|r| r.lanes).sum()],
+            bits: vec![0; registers.iter().map(|r| r.lanes.len()).sum()],
             unknown: registers
                 .iter()
-                .flat_map(|r| std::iter::repeat_n(ones(r.lane_bits), r.lanes))
+                .flat_map(|r| r.lanes.iter().map(|bits| ones(*bits)))
                 .collect(),
             clock_now: None,
             clock_before: None,
@@ -253,8 +251,8 @@ impl Dump {
     ) -> Result<Vec<Vec<RtlValue>>, TraceError> {
         let mut rows = Vec::new();
         self.replay(std::slice::from_ref(register), edges, |_, row| {
-            let lanes = 0..register.lanes;
-            rows.push(lanes.map(|l| row.value(l, register.lane_bits)).collect());
+            let lanes = register.lanes.iter().enumerate();
+            rows.push(lanes.map(|(l, bits)| row.value(l, *bits)).collect());
             ControlFlow::Continue(())
         })?;
         Ok(rows)
@@ -342,18 +340,18 @@ impl State {
     }
 
     fn store(&mut self, target: &Target, vector: &BitVecRef<'_>) {
-        let lanes = target.offset..target.offset + target.lanes;
+        let lanes = target.offset..target.offset + target.lanes.len();
         let (bits, unknown) = (&mut self.bits[lanes.clone()], &mut self.unknown[lanes]);
         if let Some(bytes) = vector.be_bytes() {
-            unpack(bytes, target.lane_bits, bits);
+            unpack(bytes, &target.lanes, bits);
             unknown.fill(0);
             return;
         }
         bits.fill(0);
         unknown.fill(0);
         let mut letters = vector.iter_lsb_to_msb();
-        for (bits, unknown) in bits.iter_mut().zip(unknown) {
-            for place in 0..target.lane_bits {
+        for ((bits, unknown), lane_bits) in bits.iter_mut().zip(unknown).zip(&target.lanes) {
+            for place in 0..*lane_bits {
                 match letters.next().map(|bit| bit.as_ascii()) {
                     Some('0') => {}
                     Some('1') => *bits |= 1 << place,
@@ -368,19 +366,18 @@ impl State {
     }
 }
 
-/// Cuts big-endian bytes into words of `lane_bits` bits, the lowest first.
-fn unpack(bytes: &[u8], lane_bits: u32, lanes: &mut [u64]) {
-    let mask = u128::from(ones(lane_bits));
+/// Cuts big-endian bytes into words of so many bits, the lowest first.
+fn unpack(bytes: &[u8], widths: &[u32], lanes: &mut [u64]) {
     let mut low_first = bytes.iter().rev();
     let (mut window, mut filled) = (0u128, 0u32);
-    for lane in lanes {
-        while filled < lane_bits {
+    for (lane, bits) in lanes.iter_mut().zip(widths) {
+        while filled < *bits {
             window |= u128::from(low_first.next().copied().unwrap_or(0)) << filled;
             filled += 8;
         }
-        *lane = u64::try_from(window & mask).unwrap_or(0);
-        window >>= lane_bits;
-        filled -= lane_bits;
+        *lane = u64::try_from(window & u128::from(ones(*bits))).unwrap_or(0);
+        window >>= bits;
+        filled -= bits;
     }
 }
 

@@ -56,15 +56,17 @@ pub fn write(recording: &Recording, design: &str, out: impl Write) -> io::Result
 }
 
 fn same(register: &Register, now: &[i64], before: &[i64]) -> bool {
-    let bits = |value: &i64| to_bits(*value, register.lane_bits);
-    now.iter().map(bits).eq(before.iter().map(bits))
+    let lanes = register.lanes.iter().zip(now.iter().zip(before));
+    lanes
+        .into_iter()
+        .all(|(bits, (now, before))| to_bits(now ^ before, *bits) == 0)
 }
 
 fn write_value(register: &Register, values: &[i64], out: &mut impl Write) -> io::Result<()> {
     write!(out, "b")?;
-    let width = usize::try_from(register.lane_bits).unwrap_or(0);
-    for value in values.iter().rev() {
-        write!(out, "{:0width$b}", to_bits(*value, register.lane_bits))?;
+    for (value, bits) in values.iter().zip(&register.lanes).rev() {
+        let width = usize::try_from(*bits).unwrap_or(0);
+        write!(out, "{:0width$b}", to_bits(*value, *bits))?;
     }
     Ok(())
 }
@@ -131,11 +133,7 @@ mod tests {
     use crate::trace::{Dump, RtlValue};
 
     fn recording() -> Recording {
-        let register = |path: &str, lane_bits, lanes| Register {
-            path: path.to_owned(),
-            lane_bits,
-            lanes,
-        };
+        let register = |path: &str, bits, lanes| Register::uniform(path, bits, lanes);
         let mut recording = Recording::new(vec![
             register("valid_q", 1, 1),
             register("u_a.g_pe[0].u_pe.acc_q", 62, 5),
@@ -190,7 +188,7 @@ mod tests {
                 (clock, register, lane_in_register)
             );
             assert_eq!(found.path, recording.registers()[register].path);
-            let bits = recording.registers()[register].lane_bits;
+            let bits = recording.registers()[register].lanes[lane_in_register];
             let RtlValue::Known(rtl) = found.rtl else {
                 panic!("known");
             };
@@ -246,11 +244,7 @@ mod tests {
             "{error}"
         );
 
-        let misspelt = Register {
-            path: "u_a.g_pe[1].u_pe.sum_q".to_owned(),
-            lane_bits: 7,
-            lanes: 3,
-        };
+        let misspelt = Register::uniform("u_a.g_pe[1].u_pe.sum_q", 7, 3);
         let mut dump = dumped(&recording, &directory);
         let error = dump.values(&misspelt, 300).unwrap_err();
         let TraceError::MissingRegister { register, nearest } = error else {
@@ -259,11 +253,7 @@ mod tests {
         assert_eq!(register, misspelt.path);
         assert_eq!(nearest[0], "u_a.g_pe[1].u_pe.acc_q");
 
-        let narrow = Register {
-            path: "valid_q".to_owned(),
-            lane_bits: 2,
-            lanes: 1,
-        };
+        let narrow = Register::uniform("valid_q", 2, 1);
         let error = dump.values(&narrow, 300).unwrap_err();
         assert!(
             matches!(

@@ -50,11 +50,16 @@ impl OddTable {
 
     /// A table with `2^segments_log2` uniform segments (at most one for two codes).
     pub fn with_segments_log2(fraction: u32, segments_log2: u32) -> Self {
-        assert!(FRACTION_RANGE.contains(&fraction), "{fraction} fraction bits");
+        assert!(
+            FRACTION_RANGE.contains(&fraction),
+            "{fraction} fraction bits"
+        );
         let range_log2 = range_log2(fraction);
         let segments_log2 = segments_log2.min(range_log2 + fraction - 1);
         // The slope's own rounding moves a segment's far end by half an output step at most.
-        let slope_bits = (fraction + range_log2).saturating_sub(segments_log2).max(GUARD_BITS);
+        let slope_bits = (fraction + range_log2)
+            .saturating_sub(segments_log2)
+            .max(GUARD_BITS);
         let mut table = Self {
             fraction,
             range_log2,
@@ -85,8 +90,9 @@ impl OddTable {
             for slope in slope_candidates(ideal) {
                 let line = |d: i64| to_real(slope * d) / to_real(1 << self.slope_bits);
                 let residual = exact.iter().zip(0..).map(|(e, d)| e - line(d));
-                let (low, high) = residual
-                    .fold((f64::MAX, f64::MIN), |(low, high), r| (low.min(r), high.max(r)));
+                let (low, high) = residual.fold((f64::MAX, f64::MIN), |(low, high), r| {
+                    (low.min(r), high.max(r))
+                });
                 let centre = to_code((low + high) / 2.0 * 4.0) + 2;
                 for offset in (centre - 2).max(0)..=centre + 2 {
                     let value = |d: i64| self.line(offset, slope, d);
@@ -106,7 +112,10 @@ impl OddTable {
             }
             // A constant at the last value is always monotone and in range.
             let (error, offset, slope, final_value) = best.unwrap_or_else(|| {
-                let error = exact.iter().map(|e| (e - to_real(last)).abs()).fold(0.0, f64::max);
+                let error = exact
+                    .iter()
+                    .map(|e| (e - to_real(last)).abs())
+                    .fold(0.0, f64::max);
                 (error, (last << GUARD_BITS) + 2, 0, last)
             });
             worst = worst.max(error);
@@ -178,7 +187,10 @@ impl OddTable {
 
     /// Offsets and slopes in segment order.
     pub fn lines(&self) -> impl Iterator<Item = (i64, i64)> + '_ {
-        self.offsets.iter().copied().zip(self.slopes.iter().copied())
+        self.offsets
+            .iter()
+            .copied()
+            .zip(self.slopes.iter().copied())
     }
 
     /// Offset and slope of a segment.
@@ -202,12 +214,18 @@ fn slope_candidates(ideal: f64) -> std::ops::RangeInclusive<i64> {
     (floor - 1).max(0)..=floor + 2
 }
 
-#[expect(clippy::cast_precision_loss, reason = "codes here have at most 22 bits")]
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "codes here have at most 22 bits"
+)]
 fn to_real(code: i64) -> f64 {
     code as f64
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "values here have at most 22 bits")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "values here have at most 22 bits"
+)]
 fn to_code(value: f64) -> i64 {
     value.round() as i64
 }

@@ -128,10 +128,12 @@ impl Layer {
     /// Weight codes of `pe` in cycle `fold`, one a multiplier, zero for padding.
     pub fn weight_word(&self, pe: usize, fold: usize) -> Vec<i64> {
         (0..self.fold.simd)
-            .map(|simd| match (self.neuron(pe, fold), self.input(simd, fold)) {
-                (Some(n), Some(i)) => self.quant.weights[n][i],
-                _ => 0,
-            })
+            .map(
+                |simd| match (self.neuron(pe, fold), self.input(simd, fold)) {
+                    (Some(n), Some(i)) => self.quant.weights[n][i],
+                    _ => 0,
+                },
+            )
             .collect()
     }
 
@@ -193,7 +195,9 @@ pub struct Perceptron {
 impl Perceptron {
     /// All layers, shared ones first, then network by network.
     pub fn layers(&self) -> impl Iterator<Item = &Layer> {
-        self.shared.iter().chain(self.networks.iter().flat_map(|n| &n.layers))
+        self.shared
+            .iter()
+            .chain(self.networks.iter().flat_map(|n| &n.layers))
     }
 }
 
@@ -219,7 +223,11 @@ pub struct Port {
 impl Port {
     fn new(words: usize, widest: u32, interval: usize) -> Self {
         let words_per_beat = words.div_ceil(interval);
-        Self { words, words_per_beat, lane_bits: widest.next_power_of_two().max(8) }
+        Self {
+            words,
+            words_per_beat,
+            lane_bits: widest.next_power_of_two().max(8),
+        }
     }
 
     /// Beats of a frame.
@@ -273,17 +281,33 @@ impl Design {
         let quant = quantize(net, options)?;
         let allowed = match options.budget {
             Budget::Interval(0) => {
-                return Err(DesignError::Budget { option: "interval", least: 1, found: 0 });
+                return Err(DesignError::Budget {
+                    option: "interval",
+                    least: 1,
+                    found: 0,
+                });
             }
             Budget::Interval(interval) => interval,
-            Budget::Multipliers(found) => folding::interval_for(&quant, found).map_err(|least| {
-                DesignError::Budget { option: "multipliers", least, found }
-            })?,
+            Budget::Multipliers(found) => {
+                folding::interval_for(&quant, found).map_err(|least| DesignError::Budget {
+                    option: "multipliers",
+                    least,
+                    found,
+                })?
+            }
         };
         let mut perceptron = folding::fold(&quant, to_usize(allowed));
-        let interval = perceptron.layers().map(|l| l.folds().max(l.array_beats())).max().expect("there is a layer");
+        let interval = perceptron
+            .layers()
+            .map(|l| l.folds().max(l.array_beats()))
+            .max()
+            .expect("there is a layer");
         let words: usize = quant.networks.iter().map(|n| n.output_names.len()).sum();
-        let widest = perceptron.networks.iter().map(|n| n.last().quant.output.width()).max();
+        let widest = perceptron
+            .networks
+            .iter()
+            .map(|n| n.last().quant.output.width())
+            .max();
         let source = Port::new(quant.input.low.len(), quant.input.format.width(), interval);
         let sink = Port::new(words, widest.expect("there is a network"), interval);
         let schedule = Schedule::of(&perceptron, &source, &sink);
@@ -376,7 +400,11 @@ impl Design {
     /// Multipliers of the activation units.
     pub fn activation_multipliers(&self) -> usize {
         let with_table = |l: &&Layer| l.quant.table.is_some();
-        self.perceptron().layers().filter(with_table).map(|l| l.lanes).sum()
+        self.perceptron()
+            .layers()
+            .filter(with_table)
+            .map(|l| l.lanes)
+            .sum()
     }
 
     /// Multiplications of a frame in the arrays.

@@ -18,7 +18,9 @@ pub struct Answer {
 impl InputFormat {
     /// Rounds raw inputs to codes; what the word can't hold is saturated.
     pub fn codes(&self, raw: &[f64]) -> Vec<i64> {
-        raw.iter().map(|v| self.format.quantize(*v, Rounding::HalfUp).code).collect()
+        raw.iter()
+            .map(|v| self.format.quantize(*v, Rounding::HalfUp).code)
+            .collect()
     }
 
     /// Clips codes to the box, as the hardware does first; true if one was outside.
@@ -37,14 +39,25 @@ impl QuantLayer {
     /// Bias, shift, saturation and activation of neuron `i` for its sum of products.
     pub fn finish(&self, i: usize, sum: i64) -> Saturated {
         let biased = (sum << self.product_shift) + self.bias[i];
-        let z = shift_right(biased, self.base_shift + self.extra_shift[i], Rounding::Floor);
+        let z = shift_right(
+            biased,
+            self.base_shift + self.extra_shift[i],
+            Rounding::Floor,
+        );
         match (&self.table, self.activation) {
             // Clipping the argument is part of the function, not an overflow.
             (Some(table), activation) => {
                 let t = table.apply(z);
                 let one = 1i64 << table.fraction();
-                let code = if activation == Activation::Sigmoid { one + t } else { t };
-                Saturated { code, clipped: false }
+                let code = if activation == Activation::Sigmoid {
+                    one + t
+                } else {
+                    t
+                };
+                Saturated {
+                    code,
+                    clipped: false,
+                }
             }
             (None, Activation::Relu) => self.pre.saturate(z.max(0)),
             (None, _) => self.pre.saturate(z),
@@ -86,7 +99,11 @@ impl QuantNet {
             }
             codes.extend(y);
         }
-        Answer { codes, input_clipped, saturated }
+        Answer {
+            codes,
+            input_clipped,
+            saturated,
+        }
     }
 
     /// Output codes in real units, in stream order.
@@ -95,6 +112,10 @@ impl QuantNet {
             let last = n.layers.last().expect("a network has a layer");
             std::iter::repeat_n(last.output, last.outputs())
         });
-        codes.iter().zip(formats).map(|(code, format)| format.to_f64(*code)).collect()
+        codes
+            .iter()
+            .zip(formats)
+            .map(|(code, format)| format.to_f64(*code))
+            .collect()
     }
 }

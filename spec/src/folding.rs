@@ -42,7 +42,11 @@ pub fn fold(net: &QuantNet, interval: usize) -> Perceptron {
             }
         })
         .collect();
-    Perceptron { shared, networks, credits: 0 }
+    Perceptron {
+        shared,
+        networks,
+        credits: 0,
+    }
 }
 
 /// The least interval that `multipliers` allow.
@@ -51,10 +55,20 @@ pub fn fold(net: &QuantNet, interval: usize) -> Perceptron {
 /// The least number of multipliers that any interval needs: one a layer.
 pub fn interval_for(net: &QuantNet, multipliers: u32) -> Result<u32, u32> {
     let used = |interval: u32| -> usize {
-        fold(net, to_usize(interval)).layers().map(Layer::multipliers).sum()
+        fold(net, to_usize(interval))
+            .layers()
+            .map(Layer::multipliers)
+            .sum()
     };
-    let layers = || net.shared.iter().chain(net.networks.iter().flat_map(|n| &n.layers));
-    let slowest = layers().map(|l| l.inputs() * l.outputs()).max().unwrap_or(1);
+    let layers = || {
+        net.shared
+            .iter()
+            .chain(net.networks.iter().flat_map(|n| &n.layers))
+    };
+    let slowest = layers()
+        .map(|l| l.inputs() * l.outputs())
+        .max()
+        .unwrap_or(1);
     let slowest = u32::try_from(slowest).unwrap_or(u32::MAX);
     let wanted = to_usize(multipliers);
     if used(slowest) > wanted {
@@ -106,14 +120,27 @@ fn fold_layer(layer: &QuantLayer, before: Option<usize>, interval: usize) -> Lay
 
 fn arrange(layer: &Arc<QuantLayer>, before: Option<usize>, fold: Fold, interval: usize) -> Layer {
     let one_pass = fold.pe >= layer.outputs();
-    let feed = if one_pass && before == Some(fold.simd) { Feed::Direct } else { Feed::Replay };
+    let feed = if one_pass && before == Some(fold.simd) {
+        Feed::Direct
+    } else {
+        Feed::Replay
+    };
     let synapse_folds = layer.inputs().div_ceil(fold.simd);
     // A group's sums may leave as slowly as the next group's sums arrive.
-    let patience = if one_pass { interval.max(synapse_folds) } else { synapse_folds };
+    let patience = if one_pass {
+        interval.max(synapse_folds)
+    } else {
+        synapse_folds
+    };
     let lanes = (1..=fold.pe)
         .find(|lanes| fold.pe.is_multiple_of(*lanes) && fold.pe / lanes <= patience)
         .expect("all at once is always in time");
-    Layer { quant: Arc::clone(layer), fold, lanes, feed }
+    Layer {
+        quant: Arc::clone(layer),
+        fold,
+        lanes,
+        feed,
+    }
 }
 
 /// Register bits, a multiplier counted as [`MULTIPLIER_COST`] of them.
@@ -124,8 +151,16 @@ fn cost(layer: &Layer) -> usize {
         Feed::Direct => 0,
         Feed::Replay => 2 * layer.quant.inputs() * word,
     };
-    let accumulators = if layer.accumulates() { layer.fold.pe * sum } else { 0 };
-    let drain = if layer.lanes < layer.fold.pe { layer.fold.pe * sum } else { 0 };
+    let accumulators = if layer.accumulates() {
+        layer.fold.pe * sum
+    } else {
+        0
+    };
+    let drain = if layer.lanes < layer.fold.pe {
+        layer.fold.pe * sum
+    } else {
+        0
+    };
     let behind = layer.lanes * 4 * sum;
     layer.multipliers() * MULTIPLIER_COST + operands + accumulators + drain + behind
 }

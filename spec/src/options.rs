@@ -66,7 +66,10 @@ pub const OUTPUT_BITS: std::ops::RangeInclusive<u32> = 4..=32;
 
 /// The last setting that speaks of `layer`, a named one before a general one.
 pub fn width_of(settings: &[WidthSetting], layer: &str) -> Option<u32> {
-    let named = settings.iter().rev().find(|s| s.layer.as_deref() == Some(layer));
+    let named = settings
+        .iter()
+        .rev()
+        .find(|s| s.layer.as_deref() == Some(layer));
     let general = || settings.iter().rev().find(|s| s.layer.is_none());
     named.or_else(general).map(|s| s.bits)
 }

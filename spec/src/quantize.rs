@@ -182,7 +182,6 @@ pub struct QuantNet {
     pub networks: Vec<QuantNetwork>,
 }
 
-
 /// Chooses every format and turns every number into a code.
 ///
 /// # Errors
@@ -191,7 +190,10 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
     let folded = fold_scales(net);
     check_options(&folded, options)?;
     let input = input_format(net)?;
-    let mut quantizer = Quantizer { options, tables: BTreeMap::new() };
+    let mut quantizer = Quantizer {
+        options,
+        tables: BTreeMap::new(),
+    };
     let mut signal = Signal::raw(net, &input);
     let mut shared = Vec::new();
     for (index, layer) in folded.shared.iter().enumerate() {
@@ -220,7 +222,11 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
             unit: network.outputs.unit.clone(),
         });
     }
-    Ok(QuantNet { input, shared, networks })
+    Ok(QuantNet {
+        input,
+        shared,
+        networks,
+    })
 }
 
 /// A layer, raw-unit maps folded in, and its name.
@@ -238,11 +244,18 @@ struct Folded {
 fn fold_scales(net: &FloatNet) -> Folded {
     let named = |prefix: &str, layers: &[FloatLayer]| -> Vec<FoldedLayer> {
         let name = |i| format!("{prefix}_l{i}");
-        layers.iter().enumerate().map(|(i, l)| (name(i), l.clone())).collect()
+        layers
+            .iter()
+            .enumerate()
+            .map(|(i, l)| (name(i), l.clone()))
+            .collect()
     };
     let mut shared = named("shared", &net.shared);
-    let mut networks: Vec<Vec<FoldedLayer>> =
-        net.networks.iter().map(|n| named(&n.name, &n.layers)).collect();
+    let mut networks: Vec<Vec<FoldedLayer>> = net
+        .networks
+        .iter()
+        .map(|n| named(&n.name, &n.layers))
+        .collect();
 
     let scaled = net.inputs.scale.iter().any(|s| *s != 1.0);
     let fixed = |l: &FloatLayer| l.format.weights.is_some();
@@ -260,7 +273,9 @@ fn fold_scales(net: &FloatNet) -> Folded {
         };
         match shared.first_mut() {
             Some((_, first)) => scale_columns(first),
-            None => networks.iter_mut().for_each(|layers| scale_columns(&mut layers[0].1)),
+            None => networks
+                .iter_mut()
+                .for_each(|layers| scale_columns(&mut layers[0].1)),
         }
     }
     for (network, layers) in net.networks.iter().zip(&mut networks) {
@@ -300,7 +315,11 @@ fn check_options(folded: &Folded, options: &Options) -> Result<(), QuantizeError
             let layer = setting.layer.as_deref();
             if let Some(found) = layer.filter(|name| !known.contains(name)) {
                 let (found, known) = (found.to_owned(), known.join(", "));
-                return Err(QuantizeError::UnknownLayer { option, found, known });
+                return Err(QuantizeError::UnknownLayer {
+                    option,
+                    found,
+                    known,
+                });
             }
         }
         Ok(())
@@ -322,7 +341,12 @@ fn check_width(
     if (i64::from(low)..=i64::from(high)).contains(&found) {
         return Ok(());
     }
-    Err(QuantizeError::Width { what, low, high, found })
+    Err(QuantizeError::Width {
+        what,
+        low,
+        high,
+        found,
+    })
 }
 
 fn input_format(net: &FloatNet) -> Result<InputFormat, QuantizeError> {
@@ -356,4 +380,3 @@ fn input_format(net: &FloatNet) -> Result<InputFormat, QuantizeError> {
         high: inputs.max.iter().map(code).collect(),
     })
 }
-

@@ -63,7 +63,12 @@ impl Schedule {
         let in_serializer = in_fifo + 1;
         let handed_over = in_serializer + 1 + sink.beats();
         let credits = (in_serializer + 1 - start).div_ceil(interval);
-        Self { interval, latency: handed_over, credits, fifo_depth: credits.max(2) }
+        Self {
+            interval,
+            latency: handed_over,
+            credits,
+            fifo_depth: credits.max(2),
+        }
     }
 }
 
@@ -100,8 +105,16 @@ pub fn sum_latency(layer: &Layer) -> usize {
 
 /// Cycles from a sum to the layer's output word.
 pub fn finish_latency(layer: &Layer) -> usize {
-    let shift = if layer.quant.max_extra_shift() > 0 { EXTRA_SHIFT_LATENCY } else { 0 };
-    let activation = if layer.quant.table.is_some() { ACTIVATION_LATENCY } else { 0 };
+    let shift = if layer.quant.max_extra_shift() > 0 {
+        EXTRA_SHIFT_LATENCY
+    } else {
+        0
+    };
+    let activation = if layer.quant.table.is_some() {
+        ACTIVATION_LATENCY
+    } else {
+        0
+    };
     REQUANT_LATENCY + shift + activation
 }
 

@@ -79,7 +79,10 @@ impl Array {
             let (before, this) = self.levels.split_at_mut(level);
             let words = before.last().unwrap_or(&self.products);
             let (inputs, sums) = (words.len() / self.pe, this[0].len() / self.pe);
-            for (words, sums) in words.chunks_exact(inputs).zip(this[0].chunks_exact_mut(sums)) {
+            for (words, sums) in words
+                .chunks_exact(inputs)
+                .zip(this[0].chunks_exact_mut(sums))
+            {
                 for (pair, sum) in words.chunks(2).zip(sums) {
                     *sum = pair.iter().sum();
                 }
@@ -93,7 +96,8 @@ impl Array {
         }
         self.b.copy_from_slice(&self.rom);
         let words = self.rom.len();
-        self.rom.copy_from_slice(&self.weights[address * words..(address + 1) * words]);
+        self.rom
+            .copy_from_slice(&self.weights[address * words..(address + 1) * words]);
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -163,7 +167,13 @@ pub(super) struct Drain {
 
 impl Drain {
     pub(super) fn new(words: usize, lanes: usize, bits: u32) -> Self {
-        Self { bits, lanes, words: vec![0; words], left: 0, flag: false }
+        Self {
+            bits,
+            lanes,
+            words: vec![0; words],
+            left: 0,
+            flag: false,
+        }
     }
 
     pub(super) fn valid(&self) -> bool {
@@ -195,7 +205,11 @@ impl Drain {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.words("word_q", self.bits, &self.words);
-        probe.count("left_q", counter_bits(self.words.len() / self.lanes), self.left);
+        probe.count(
+            "left_q",
+            counter_bits(self.words.len() / self.lanes),
+            self.left,
+        );
         probe.bit("flag_q", self.flag);
     }
 }

@@ -18,7 +18,15 @@ impl Gather {
     pub(super) fn new(words: usize, lanes: usize, bits: u32) -> Self {
         let beats = words.div_ceil(lanes);
         let slots = vec![0; beats * lanes];
-        Self { bits, lanes, beats, slots, count: 0, start: false, flag: false }
+        Self {
+            bits,
+            lanes,
+            beats,
+            slots,
+            count: 0,
+            start: false,
+            flag: false,
+        }
     }
 
     pub(super) fn start(&self) -> bool {
@@ -121,14 +129,19 @@ impl Replay {
             self.slots[..words].copy_from_slice(&vector[..words]);
             self.flag = flag;
         } else if self.busy {
-            self.slots.rotate_left(self.simd % self.slots.len());
+            let turn = self.simd % self.slots.len();
+            self.slots.rotate_left(turn);
         }
         if reset || start {
             (self.busy, self.address, self.step) = (!reset, 0, 0);
         } else if self.busy {
             self.busy = !last;
             self.address = if last { 0 } else { self.address + 1 };
-            self.step = if self.step == self.synapse_folds - 1 { 0 } else { self.step + 1 };
+            self.step = if self.step == self.synapse_folds - 1 {
+                0
+            } else {
+                self.step + 1
+            };
         }
     }
 
@@ -154,7 +167,12 @@ impl Beats {
     }
 
     pub(super) fn control(&self, valid: bool, flag: bool) -> Control {
-        Control { valid, first: self.address == 0, last: self.address == self.beats - 1, flag }
+        Control {
+            valid,
+            first: self.address == 0,
+            last: self.address == self.beats - 1,
+            flag,
+        }
     }
 
     pub(super) fn address(&self) -> usize {

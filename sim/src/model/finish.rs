@@ -94,9 +94,17 @@ impl Requant {
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, sums: &[i64]) {
         let stages = self.stages();
         let mut clipped = false;
-        let narrow = if self.extra_bits > 0 { &self.shifted } else { &self.biased };
+        let narrow = if self.extra_bits > 0 {
+            &self.shifted
+        } else {
+            &self.biased
+        };
         for (word, value) in self.words.iter_mut().zip(narrow) {
-            let z = saturate(shift_right(*value, self.shift, Rounding::Floor), self.pre, self.activation);
+            let z = saturate(
+                shift_right(*value, self.shift, Rounding::Floor),
+                self.pre,
+                self.activation,
+            );
             *word = z.code;
             clipped |= z.clipped;
         }
@@ -114,7 +122,11 @@ impl Requant {
         self.flag = (self.flag << 1 | u32::from(flag)) & mask;
         self.flag |= u32::from(clipped) << (stages - 1);
         let keep = valid && self.beat < self.output_beats;
-        self.valid = if reset { 0 } else { (self.valid << 1 | u32::from(keep)) & mask };
+        self.valid = if reset {
+            0
+        } else {
+            (self.valid << 1 | u32::from(keep)) & mask
+        };
 
         self.rom_beat = Some(self.beat);
         let last = (self.beat + 1) * self.lanes == self.biases.len();
@@ -138,7 +150,11 @@ impl Requant {
             probe.words("data_q", self.biased_bits + self.extra_bits, &entries);
         });
         within(probe, format_args!("u_requant"), |probe| {
-            probe.count("beat_q", address_bits(self.biases.len() / self.lanes), self.beat);
+            probe.count(
+                "beat_q",
+                address_bits(self.biases.len() / self.lanes),
+                self.beat,
+            );
             probe.words("sum_q", self.sum_bits, &self.sums);
             probe.word("valid_q", self.stages(), self.valid.into());
             probe.word("flag_q", self.stages(), self.flag.into());
@@ -165,7 +181,10 @@ fn saturate(value: i64, format: QFormat, activation: Activation) -> Saturated {
         Activation::Relu => format.saturate(value.max(0)),
         Activation::Tanh | Activation::Sigmoid => {
             let most = format.max_code();
-            Saturated { code: value.clamp(-most, most), clipped: false }
+            Saturated {
+                code: value.clamp(-most, most),
+                clipped: false,
+            }
         }
     }
 }
@@ -212,7 +231,11 @@ impl Pwl {
     pub(super) fn step(&mut self, z: i64) {
         let table = &self.table;
         let t = self.sum >> table.slope_bits();
-        self.y = if self.negative >> 4 & 1 == 1 { self.one - t } else { self.one + t };
+        self.y = if self.negative >> 4 & 1 == 1 {
+            self.one - t
+        } else {
+            self.one + t
+        };
         self.sum = (self.offset[1] << (table.slope_bits() - GUARD_BITS)) + self.mul.2;
         self.mul = (self.distance, self.line.1, self.mul.0 * self.mul.1);
         self.offset = [self.line.0, self.offset[0]];

@@ -60,10 +60,16 @@ impl LayerModel {
             control: vec![0; ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels()],
             array: Array::new(layer),
             group: layer.accumulates().then(Group::default),
-            drain: drains
-                .then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
+            drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer),
-            unit_control: vec![0; if units.is_empty() { 0 } else { ACTIVATION_LATENCY }],
+            unit_control: vec![
+                0;
+                if units.is_empty() {
+                    0
+                } else {
+                    ACTIVATION_LATENCY
+                }
+            ],
             units,
             words: vec![0; layer.lanes],
         }
@@ -72,9 +78,11 @@ impl LayerModel {
     /// What stands at the layer's output.
     pub(super) fn beat(&self) -> Beat<'_> {
         match self.unit_control.last() {
-            Some(control) => {
-                Beat { valid: control & 2 != 0, flag: control & 1 != 0, words: &self.words }
-            }
+            Some(control) => Beat {
+                valid: control & 2 != 0,
+                flag: control & 1 != 0,
+                words: &self.words,
+            },
             None => Beat {
                 valid: self.requant.valid(),
                 flag: self.requant.flag(),
@@ -89,8 +97,11 @@ impl LayerModel {
         if !self.units.is_empty() {
             let code = i64::from(self.requant.valid()) << 1 | i64::from(self.requant.flag());
             delay(&mut self.unit_control, reset, code);
-            for ((unit, z), word) in
-                self.units.iter_mut().zip(self.requant.words()).zip(&mut self.words)
+            for ((unit, z), word) in self
+                .units
+                .iter_mut()
+                .zip(self.requant.words())
+                .zip(&mut self.words)
             {
                 unit.step(*z);
                 *word = unit.word();
@@ -105,9 +116,12 @@ impl LayerModel {
                 last: foot & 2 != 0,
                 flag: foot & 1 != 0,
             },
-            None => {
-                Control { valid: foot & 2 != 0, first: true, last: true, flag: foot & 1 != 0 }
-            }
+            None => Control {
+                valid: foot & 2 != 0,
+                first: true,
+                last: true,
+                flag: foot & 1 != 0,
+            },
         };
         let (done, done_flag) = match &self.group {
             Some(group) => (group.done, group.flag),
@@ -115,7 +129,8 @@ impl LayerModel {
         };
         match &mut self.drain {
             Some(drain) => {
-                self.requant.step(reset, drain.valid(), drain.flag(), drain.words());
+                self.requant
+                    .step(reset, drain.valid(), drain.flag(), drain.words());
                 drain.step(reset, done, done_flag, self.array.sums());
             }
             None => self.requant.step(reset, done, done_flag, self.array.sums()),
@@ -128,7 +143,8 @@ impl LayerModel {
             Operands::Replay(replay) => (replay.control(), replay.address()),
             Operands::Direct(beats) => (beats.control(input.valid, input.flag), beats.address()),
         };
-        self.array.step(&self.operands, address, at_foot.valid, at_foot.first);
+        self.array
+            .step(&self.operands, address, at_foot.valid, at_foot.first);
         let code = if self.group.is_some() {
             i64::from(control.valid) << 3
                 | i64::from(control.first) << 2

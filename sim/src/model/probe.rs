@@ -27,7 +27,11 @@ pub trait Probe {
 
     /// A counter.
     fn count(&mut self, name: &str, bits: u32, value: usize) {
-        self.words(name, bits, &[i64::try_from(value).expect("a counter of few bits")]);
+        self.words(
+            name,
+            bits,
+            &[i64::try_from(value).expect("a counter of few bits")],
+        );
     }
 }
 

@@ -58,15 +58,20 @@ impl StageModel {
         for (i, layer) in stage.shared.iter().enumerate() {
             let gathers = match stage.shared.get(i + 1) {
                 Some(next) => next.feed == Feed::Replay,
-                None => stage.networks.iter().any(|n| n.layers[0].feed == Feed::Replay),
+                None => stage
+                    .networks
+                    .iter()
+                    .any(|n| n.layers[0].feed == Feed::Replay),
             };
             shared = Some(push(layer, shared, gathers));
         }
         for network in &stage.networks {
             let mut before = shared;
             for (i, layer) in network.layers.iter().enumerate() {
-                let gathers =
-                    network.layers.get(i + 1).is_none_or(|next| next.feed == Feed::Replay);
+                let gathers = network
+                    .layers
+                    .get(i + 1)
+                    .is_none_or(|next| next.feed == Feed::Replay);
                 before = Some(push(layer, before, gathers));
             }
             let last = &network.last().quant;
@@ -96,7 +101,10 @@ impl StageModel {
     /// Flags of the answer that is offered: error, saturated.
     pub(super) fn user(&self) -> i64 {
         let (clipped, error) = (self.frames.head()[0], self.frames.head()[1]);
-        let saturated = self.answers.iter().any(|(_, _, fifo)| fifo.head().last() == Some(&1));
+        let saturated = self
+            .answers
+            .iter()
+            .any(|(_, _, fifo)| fifo.head().last() == Some(&1));
         error << 1 | (clipped | i64::from(saturated))
     }
 
@@ -115,7 +123,10 @@ impl StageModel {
     pub(super) fn step(&mut self, reset: bool, entry: Entry<'_>, leaves: bool) {
         let start = entry.valid && self.admit.ready();
         for (_, last, fifo) in &mut self.answers {
-            let gather = self.nodes[*last].gather.as_ref().expect("answers are gathered");
+            let gather = self.nodes[*last]
+                .gather
+                .as_ref()
+                .expect("answers are gathered");
             fifo.step(reset, gather.start(), leaves, |slot| {
                 let (flag, words) = slot.split_last_mut().expect("a flag");
                 words.copy_from_slice(&gather.vector()[..words.len()]);
@@ -130,11 +141,19 @@ impl StageModel {
                 gather.step(reset, beat.valid, beat.flag, beat.words);
             }
             let input = match node.before.map(|b| &fore[b]) {
-                None => Beat { valid: start, flag: false, words: entry.words },
+                None => Beat {
+                    valid: start,
+                    flag: false,
+                    words: entry.words,
+                },
                 Some(before) if node.direct => before.layer.beat(),
                 Some(before) => {
                     let gather = before.gather.as_ref().expect("a vector is wanted");
-                    Beat { valid: gather.start(), flag: gather.flag(), words: gather.vector() }
+                    Beat {
+                        valid: gather.start(),
+                        flag: gather.flag(),
+                        words: gather.vector(),
+                    }
                 }
             };
             node.layer.step(reset, input);
@@ -152,7 +171,9 @@ impl StageModel {
         for node in &self.nodes {
             node.layer.show(probe);
             if let Some(gather) = &node.gather {
-                within(probe, format_args!("u_{}_gather", node.name), |p| gather.show(p));
+                within(probe, format_args!("u_{}_gather", node.name), |p| {
+                    gather.show(p)
+                });
             }
         }
         for (name, _, fifo) in &self.answers {

@@ -18,7 +18,14 @@ pub(super) struct Fifo {
 impl Fifo {
     pub(super) fn new(widths: Vec<u32>, depth: usize) -> Self {
         let slots = vec![0; widths.len() * depth];
-        Self { widths, slots, count: 0, valid: false, ready: false, depth }
+        Self {
+            widths,
+            slots,
+            count: 0,
+            valid: false,
+            ready: false,
+            depth,
+        }
     }
 
     pub(super) fn valid(&self) -> bool {
@@ -60,7 +67,12 @@ impl Fifo {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         let widths: Vec<u32> = if probe_wants_names(probe) {
-            self.widths.iter().copied().cycle().take(self.slots.len()).collect()
+            self.widths
+                .iter()
+                .copied()
+                .cycle()
+                .take(self.slots.len())
+                .collect()
         } else {
             Vec::new()
         };
@@ -190,7 +202,13 @@ pub(super) struct Admit {
 
 impl Admit {
     pub(super) fn new(interval: usize, credits: usize) -> Self {
-        Self { interval, credits, gap: 0, credit: 0, ready: false }
+        Self {
+            interval,
+            credits,
+            gap: 0,
+            credit: 0,
+            ready: false,
+        }
     }
 
     pub(super) fn ready(&self) -> bool {
@@ -202,7 +220,11 @@ impl Admit {
             (self.gap, self.credit, self.ready) = (0, self.credits, false);
             return;
         }
-        self.gap = if start { self.interval - 1 } else { self.gap.saturating_sub(1) };
+        self.gap = if start {
+            self.interval - 1
+        } else {
+            self.gap.saturating_sub(1)
+        };
         self.credit = self.credit + usize::from(release) - usize::from(start);
         self.ready = self.gap == 0 && self.credit != 0;
     }

@@ -47,11 +47,7 @@ pub fn stimulus(pins: &[Pins]) -> String {
 
 /// The model: every register of `echo` after every edge.
 pub fn record(pins: &[Pins]) -> Recording {
-    let register = |path: String, lane_bits, lanes| Register {
-        path,
-        lane_bits,
-        lanes,
-    };
+    let register = |path: String, bits, lanes| Register::uniform(path, bits, lanes);
     let mut registers = vec![
         register("count_q".to_owned(), 3, 1),
         register("valid_q".to_owned(), 1, 1),

@@ -36,7 +36,12 @@ impl Signal {
         let edges = net.inputs.min.iter().zip(&net.inputs.max);
         Self {
             format: input.format,
-            range: input.low.iter().copied().zip(input.high.iter().copied()).collect(),
+            range: input
+                .low
+                .iter()
+                .copied()
+                .zip(input.high.iter().copied())
+                .collect(),
             // The standard deviation of a uniform distribution over the box.
             spread: edges.map(|(min, max)| (max - min) / 12f64.sqrt()).collect(),
             centre: Some(net.inputs.offset.clone()),
@@ -68,8 +73,11 @@ impl Quantizer<'_> {
     ) -> Result<(QuantLayer, Signal), QuantizeError> {
         let weight_format = self.weight_format(name, layer)?;
         let bias_real = |weights: &[Vec<f64>]| centred_bias(layer, weights, input);
-        let rows: Vec<Vec<f64>> =
-            layer.weights.row_iter().map(|r| r.iter().copied().collect()).collect();
+        let rows: Vec<Vec<f64>> = layer
+            .weights
+            .row_iter()
+            .map(|r| r.iter().copied().collect())
+            .collect();
 
         // First with the float weights, to see the range that the output format has to hold.
         let range = real_range(&rows, &bias_real(&rows), input);
@@ -85,14 +93,18 @@ impl Quantizer<'_> {
             .zip(&extra_shift)
             .map(|(row, extra)| {
                 let format = finer(weight_format, *extra);
-                row.iter().map(|w| format.quantize(*w, Rounding::HalfUp).code).collect()
+                row.iter()
+                    .map(|w| format.quantize(*w, Rounding::HalfUp).code)
+                    .collect()
             })
             .collect();
         let quantized: Vec<Vec<f64>> = weights
             .iter()
             .zip(&extra_shift)
             .map(|(row, extra)| {
-                row.iter().map(|w| finer(weight_format, *extra).to_f64(*w)).collect()
+                row.iter()
+                    .map(|w| finer(weight_format, *extra).to_f64(*w))
+                    .collect()
             })
             .collect();
         let bias_values = bias_real(&quantized);
@@ -100,7 +112,10 @@ impl Quantizer<'_> {
         let Behind { pre, output, table } = self.behind(name, layer, proved_range, consumers)?;
 
         let product_fraction = input.format.fraction() + weight_format.fraction();
-        let bias_fraction = layer.format.bias.map_or(product_fraction, QFormat::fraction);
+        let bias_fraction = layer
+            .format
+            .bias
+            .map_or(product_fraction, QFormat::fraction);
         let biased_fraction = product_fraction.max(bias_fraction).max(pre.fraction());
         let product_shift = places(biased_fraction - product_fraction);
         let base_shift = places(biased_fraction - pre.fraction());
@@ -110,8 +125,12 @@ impl Quantizer<'_> {
         for (i, row) in weights.iter().enumerate() {
             let extra = extra_shift[i];
             // 62 bits are wide enough to quantize any bias before its width is judged.
-            let format = QFormat::new(62, biased_fraction + extra.cast_signed())
-                .map_err(|_| QuantizeError::SumWidth { layer: name.clone(), found: 62 })?;
+            let format = QFormat::new(62, biased_fraction + extra.cast_signed()).map_err(|_| {
+                QuantizeError::SumWidth {
+                    layer: name.clone(),
+                    found: 62,
+                }
+            })?;
             let exact = format.quantize(bias_values[i], Rounding::HalfUp).code;
             bias.push(exact.saturating_add(half(base_shift + extra)));
             let magnitude: i64 = row.iter().map(|w| w.abs()).sum();
@@ -128,7 +147,10 @@ impl Quantizer<'_> {
             .max(sum_width + product_shift)
             .max(base_shift + pre.width() + 1);
         if biased_width > MAX_SUM_WIDTH {
-            return Err(QuantizeError::SumWidth { layer: name.clone(), found: biased_width });
+            return Err(QuantizeError::SumWidth {
+                layer: name.clone(),
+                found: biased_width,
+            });
         }
 
         let quant = QuantLayer {
@@ -160,7 +182,10 @@ impl Quantizer<'_> {
         }
         let bits = width_of(&self.options.weight_bits, name).unwrap_or(DEFAULT_WEIGHT_BITS);
         QFormat::holding(bits, layer.weights.min(), layer.weights.max()).map_err(|_| {
-            QuantizeError::SumWidth { layer: name.to_owned(), found: MAX_SUM_WIDTH + 1 }
+            QuantizeError::SumWidth {
+                layer: name.to_owned(),
+                found: MAX_SUM_WIDTH + 1,
+            }
         })
     }
 
@@ -174,7 +199,10 @@ impl Quantizer<'_> {
     ) -> Result<Behind, QuantizeError> {
         let asked = width_of(&self.options.activation_bits, name);
         let given = layer.format.activations;
-        let too_wide = |_| QuantizeError::SumWidth { layer: name.to_owned(), found: 64 };
+        let too_wide = |_| QuantizeError::SumWidth {
+            layer: name.to_owned(),
+            found: 64,
+        };
         match layer.activation {
             Activation::Tanh | Activation::Sigmoid => {
                 // The outer half of a sigmoid is a fraction bit that its table need not have.
@@ -196,10 +224,18 @@ impl Quantizer<'_> {
                 let pre_fraction = fraction.cast_signed() - halving;
                 let pre =
                     QFormat::new(table.magnitude_bits() + 1, pre_fraction).map_err(too_wide)?;
-                Ok(Behind { pre, output, table: Some(table) })
+                Ok(Behind {
+                    pre,
+                    output,
+                    table: Some(table),
+                })
             }
             Activation::Relu | Activation::Linear => {
-                let low = if layer.activation == Activation::Relu { low.max(0.0) } else { low };
+                let low = if layer.activation == Activation::Relu {
+                    low.max(0.0)
+                } else {
+                    low
+                };
                 let high = high.max(low);
                 let (low, high) = match relevant_magnitude(consumers) {
                     Some(limit) => (low.max(-limit), high.min(limit * (1.0 - 1e-6))),
@@ -213,9 +249,17 @@ impl Quantizer<'_> {
                 let derived = QFormat::holding(default, low, high).map_err(too_wide)?;
                 let output = given.unwrap_or(derived);
                 if !consumers.is_empty() {
-                    check_width(format!("{name}.activations"), output.width().into(), &OPERAND_BITS)?;
+                    check_width(
+                        format!("{name}.activations"),
+                        output.width().into(),
+                        &OPERAND_BITS,
+                    )?;
                 }
-                Ok(Behind { pre: output, output, table: None })
+                Ok(Behind {
+                    pre: output,
+                    output,
+                    table: None,
+                })
             }
         }
     }
@@ -227,9 +271,13 @@ impl Quantizer<'_> {
         let table = match self.options.segments {
             None => OddTable::tanh(fraction),
             Some(found) => {
-                let finest = (OddTable::with_segments_log2(fraction, 2).magnitude_bits() - 1).min(12);
+                let finest =
+                    (OddTable::with_segments_log2(fraction, 2).magnitude_bits() - 1).min(12);
                 if !found.is_power_of_two() || !(2..=finest).contains(&found.ilog2()) {
-                    return Err(QuantizeError::Segments { high: 1 << finest, found });
+                    return Err(QuantizeError::Segments {
+                        high: 1 << finest,
+                        found,
+                    });
                 }
                 OddTable::with_segments_log2(fraction, found.ilog2())
             }
@@ -242,7 +290,10 @@ impl Quantizer<'_> {
 
 fn bounded_width(name: &str, layer: &FloatLayer, bits: u32) -> QuantizeError {
     let halving = u32::from(layer.activation == Activation::Sigmoid);
-    let (low, high) = (FRACTION_RANGE.start() + halving, FRACTION_RANGE.end() + halving);
+    let (low, high) = (
+        FRACTION_RANGE.start() + halving,
+        FRACTION_RANGE.end() + halving,
+    );
     match layer.format.activations {
         Some(found) => QuantizeError::ActivationFormat {
             layer: name.to_owned(),
@@ -250,7 +301,10 @@ fn bounded_width(name: &str, layer: &FloatLayer, bits: u32) -> QuantizeError {
             found,
         },
         None => QuantizeError::Width {
-            what: format!("{name}: activation bits of a {} layer", layer.activation.name()),
+            what: format!(
+                "{name}: activation bits of a {} layer",
+                layer.activation.name()
+            ),
             low: low + 1,
             high: high + 1,
             found: bits.into(),
@@ -264,7 +318,12 @@ fn centred_bias(layer: &FloatLayer, weights: &[Vec<f64>], input: &Signal) -> Vec
         Some(centre) => row.iter().zip(centre).map(|(w, c)| w * c).sum(),
         None => 0.0,
     };
-    layer.bias.iter().zip(weights).map(|(b, row)| b - centring(row)).collect()
+    layer
+        .bias
+        .iter()
+        .zip(weights)
+        .map(|(b, row)| b - centring(row))
+        .collect()
 }
 
 /// Least and greatest weighted sum of any neuron over the input box.
@@ -274,12 +333,18 @@ fn real_range(weights: &[Vec<f64>], bias: &[f64], input: &Signal) -> (f64, f64) 
         .iter()
         .map(|(low, high)| (input.format.to_f64(*low), input.format.to_f64(*high)))
         .collect();
-    weights.iter().zip(bias).fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), (row, b)| {
-        let (low, high) = row.iter().zip(&edges).fold((*b, *b), |(low, high), (w, (x0, x1))| {
-            (low + (w * x0).min(w * x1), high + (w * x0).max(w * x1))
-        });
-        (least.min(low), most.max(high))
-    })
+    weights.iter().zip(bias).fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, most), (row, b)| {
+            let (low, high) =
+                row.iter()
+                    .zip(&edges)
+                    .fold((*b, *b), |(low, high), (w, (x0, x1))| {
+                        (low + (w * x0).min(w * x1), high + (w * x0).max(w * x1))
+                    });
+            (least.min(low), most.max(high))
+        },
+    )
 }
 
 /// The magnitude beyond which a hidden word drives a typical neuron behind it into saturation.
@@ -301,12 +366,7 @@ fn relevant_magnitude(consumers: &[&FloatLayer]) -> Option<f64> {
 ///
 /// A neuron's weights are too coarse if their rounding disturbs its sum by more than half an
 /// output step and by more than half of what the rounding of its inputs does anyway.
-fn extra_shifts(
-    rows: &[Vec<f64>],
-    common: QFormat,
-    pre: QFormat,
-    input: &Signal,
-) -> Vec<u32> {
+fn extra_shifts(rows: &[Vec<f64>], common: QFormat, pre: QFormat, input: &Signal) -> Vec<u32> {
     let spread = input.spread.iter().map(|s| s * s).sum::<f64>().sqrt();
     let uniform = 1.0 / 12f64.sqrt();
     let error = |extra: u32| finer(common, extra).step() * uniform * spread;
@@ -317,7 +377,8 @@ fn extra_shifts(
             let tolerated = (pre.step() / 2.0).max(norm * input.format.step() * uniform / 2.0);
             let fits = |extra: &u32| {
                 let format = finer(common, *extra);
-                row.iter().all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
+                row.iter()
+                    .all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
             };
             let extra = (0..=MAX_EXTRA_SHIFT)
                 .take_while(fits)
@@ -328,7 +389,10 @@ fn extra_shifts(
         })
         .collect();
     let pays = wanted.iter().any(|(_, pays)| *pays);
-    wanted.iter().map(|(extra, _)| if pays { *extra } else { 0 }).collect()
+    wanted
+        .iter()
+        .map(|(extra, _)| if pays { *extra } else { 0 })
+        .collect()
 }
 
 fn finer(format: QFormat, extra: u32) -> QFormat {
@@ -354,7 +418,11 @@ fn signal_behind(layer: &QuantLayer, input: &Signal) -> Signal {
         .collect();
     let typical = |(low, high): &(i64, i64)| {
         let magnitude = (-low).max(*high);
-        let divisor = if layer.activation.is_bounded() { 2.0 } else { SATURATING_ARGUMENT };
+        let divisor = if layer.activation.is_bounded() {
+            2.0
+        } else {
+            SATURATING_ARGUMENT
+        };
         layer.output.to_f64(magnitude) / divisor
     };
     Signal {
