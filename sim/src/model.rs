@@ -72,6 +72,7 @@ pub struct OutputBeat<'a> {
 /// let design = Design::new(&net, &Options::default())?;
 /// let mut core = Model::new(&design);
 /// let mut pins = Pins::idle(&design);
+/// core.step(&Pins { reset_n: false, ..pins.clone() });
 /// core.step(&pins); // s_axis_tready rises
 /// (pins.s_valid, pins.s_last, pins.s_data) = (true, true, design.input().codes(&[0.5]));
 /// core.step(&pins);

@@ -161,16 +161,19 @@ impl OddTable {
     }
 
     /// Bits of a magnitude: the input word without its sign.
+    #[inline]
     pub fn magnitude_bits(&self) -> u32 {
         self.range_log2 + self.fraction
     }
 
     /// Bits of the distance within a segment, at least one.
+    #[inline]
     pub fn distance_bits(&self) -> u32 {
         self.magnitude_bits() - self.segments_log2
     }
 
     /// Fraction bits of a slope; a slope has one bit more.
+    #[inline]
     pub fn slope_bits(&self) -> u32 {
         self.slope_bits
     }
@@ -194,6 +197,7 @@ impl OddTable {
     }
 
     /// Offset and slope of a segment.
+    #[inline]
     pub fn line_of(&self, segment: usize) -> (i64, i64) {
         (self.offsets[segment], self.slopes[segment])
     }

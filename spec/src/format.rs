@@ -117,11 +117,13 @@ impl QFormat {
     }
 
     /// The least code.
+    #[inline]
     pub fn min_code(self) -> i64 {
         -(1i64 << (self.width - 1))
     }
 
     /// The greatest code.
+    #[inline]
     pub fn max_code(self) -> i64 {
         (1i64 << (self.width - 1)) - 1
     }
@@ -149,6 +151,7 @@ impl QFormat {
     }
 
     /// Clips an integer in units of this format's step to its range.
+    #[inline]
     pub fn saturate(self, code: i64) -> Saturated {
         let clipped_code = code.clamp(self.min_code(), self.max_code());
         Saturated {
@@ -192,6 +195,7 @@ impl QFormat {
 }
 
 /// `value / 2^shift`, rounded.
+#[inline]
 pub fn shift_right(value: i64, shift: u32, rounding: Rounding) -> i64 {
     match (rounding, shift) {
         (_, 0) => value,
@@ -209,6 +213,7 @@ fn shift_right_i128(value: i128, shift: u32, rounding: Rounding) -> i128 {
 }
 
 /// Half of `2^shift`: what is added before `shift` bits are dropped to round half up.
+#[inline]
 pub fn half(shift: u32) -> i64 {
     if shift == 0 { 0 } else { 1i64 << (shift - 1) }
 }
@@ -231,11 +236,13 @@ pub fn unsigned_width(high: u64) -> u32 {
 }
 
 /// The lowest `width` bits of a code, as they stand in a register.
+#[inline]
 pub fn to_bits(code: i64, width: u32) -> u64 {
     code.cast_unsigned() & (u64::MAX >> (64 - width))
 }
 
 /// The code whose lowest `width` bits are these: the inverse of [`to_bits`].
+#[inline]
 pub fn from_bits(bits: u64, width: u32) -> i64 {
     (bits << (64 - width)).cast_signed() >> (64 - width)
 }

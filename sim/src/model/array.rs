@@ -6,9 +6,13 @@ use super::probe::{Probe, counter_bits, within};
 
 /// All processing elements of a layer, each with its weight ROM.
 ///
+/// Two registers are kept in a form that is quicker to step: the ROM's word and the multiplier's
+/// weight operand as the address of the word that they hold.
+/// The words of a level stand in the order of [`tree_orders`], so that a level of the trees of all
+/// elements is the sum of two slices.
+///
 /// # Shape
-/// Words of multiplier `s` of element `p` stand at `p * simd + s`; sums of a tree level at
-/// `p * sums + i`.
+/// Word `w` of element `p` stands at `place(w) * pe + p`.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
@@ -16,29 +20,39 @@ pub(super) struct Array {
     x_bits: u32,
     w_bits: u32,
     sum_bits: u32,
-    /// `[fold][pe * simd]`
-    weights: Vec<i64>,
-    rom: Vec<i64>,
-    a: Vec<i64>,
-    b: Vec<i64>,
+    /// `[1 + fold][simd * pe]`; word 0 is the zero of power-up.
+    weights: Vec<i32>,
+    /// Word in the ROM's register.
+    rom: usize,
+    /// Word in the multipliers' weight operands.
+    b: usize,
+    a: Vec<i32>,
+    /// What stands in `a`, in order.
+    latest: Vec<i64>,
     products: Vec<i64>,
-    /// One vector a level, `[pe * sums]`.
+    /// One vector a level.
     levels: Vec<Vec<i64>>,
     accumulators: Option<Vec<i64>>,
+    /// The word at each place, of the products and of each level.
+    orders: Vec<Vec<usize>>,
 }
 
 impl Array {
     pub(super) fn new(layer: &Layer) -> Self {
         let (pe, simd) = (layer.fold.pe, layer.fold.simd);
-        let weights = (0..layer.folds())
-            .flat_map(|fold| (0..pe).flat_map(move |p| layer.weight_word(p, fold)))
-            .collect();
-        let mut sums = simd;
-        let levels = (0..layer.tree_levels())
-            .map(|_| {
-                sums = sums.div_ceil(2);
-                vec![0; pe * sums]
-            })
+        let orders = tree_orders(simd);
+        let mut weights = vec![0; pe * simd];
+        for fold in 0..layer.folds() {
+            let words: Vec<Vec<i64>> = (0..pe).map(|p| layer.weight_word(p, fold)).collect();
+            weights.extend(
+                orders[0]
+                    .iter()
+                    .flat_map(|s| words.iter().map(|w| narrow(w[*s]))),
+            );
+        }
+        let levels = orders[1..]
+            .iter()
+            .map(|order| vec![0; pe * order.len()])
             .collect();
         Self {
             pe,
@@ -47,81 +61,98 @@ impl Array {
             w_bits: layer.quant.weight_format.width(),
             sum_bits: layer.quant.sum_width,
             weights,
-            rom: vec![0; pe * simd],
+            rom: 0,
+            b: 0,
             a: vec![0; pe * simd],
-            b: vec![0; pe * simd],
+            latest: vec![0; simd],
             products: vec![0; pe * simd],
             levels,
             accumulators: layer.accumulates().then(|| vec![0; pe]),
+            orders,
         }
     }
 
     /// One sum an element: the accumulators, or the foot of the trees.
     pub(super) fn sums(&self) -> &[i64] {
-        self.accumulators.as_deref().unwrap_or_else(|| self.feet())
+        let feet = self.levels.last().unwrap_or(&self.products);
+        self.accumulators.as_deref().unwrap_or(feet)
     }
 
-    fn feet(&self) -> &[i64] {
-        self.levels.last().unwrap_or(&self.products)
+    fn word(&self, at: usize) -> &[i32] {
+        &self.weights[at * self.products.len()..(at + 1) * self.products.len()]
     }
 
     /// `enable`, `first`: control bits that have kept pace with the trees.
     pub(super) fn step(&mut self, operands: &[i64], address: usize, enable: bool, first: bool) {
-        if enable {
+        if enable && let Some(accumulators) = &mut self.accumulators {
             let feet = self.levels.last().unwrap_or(&self.products);
-            if let Some(accumulators) = &mut self.accumulators {
-                for (sum, word) in accumulators.iter_mut().zip(feet) {
-                    *sum = if first { 0 } else { *sum } + word;
-                }
+            for (sum, word) in accumulators.iter_mut().zip(feet) {
+                *sum = if first { 0 } else { *sum } + word;
             }
         }
         for level in (0..self.levels.len()).rev() {
             let (before, this) = self.levels.split_at_mut(level);
             let words = before.last().unwrap_or(&self.products);
-            let (inputs, sums) = (words.len() / self.pe, this[0].len() / self.pe);
-            for (words, sums) in words
-                .chunks_exact(inputs)
-                .zip(this[0].chunks_exact_mut(sums))
-            {
-                for (pair, sum) in words.chunks(2).zip(sums) {
-                    *sum = pair.iter().sum();
-                }
+            let pairs = words.len() - this[0].len();
+            let (left, rest) = words.split_at(pairs);
+            let (right, odd) = rest.split_at(pairs);
+            let (sums, passed) = this[0].split_at_mut(pairs);
+            for ((sum, left), right) in sums.iter_mut().zip(left).zip(right) {
+                *sum = left + right;
+            }
+            // An odd last word passes through.
+            passed.copy_from_slice(odd);
+        }
+        let words = self.products.len();
+        let weights = &self.weights[self.b * words..(self.b + 1) * words];
+        for ((product, a), weight) in self.products.iter_mut().zip(&self.a).zip(weights) {
+            *product = i64::from(*a) * i64::from(*weight);
+        }
+        // A vector that is replayed for many groups of neurons seldom changes.
+        if self.latest != operands {
+            self.latest.copy_from_slice(operands);
+            for (a, word) in self.a.chunks_exact_mut(self.pe).zip(&self.orders[0]) {
+                a.fill(narrow(operands[*word]));
             }
         }
-        for (p, (a, b)) in self.products.iter_mut().zip(self.a.iter().zip(&self.b)) {
-            *p = a * b;
-        }
-        for a in self.a.chunks_exact_mut(self.simd) {
-            a.copy_from_slice(operands);
-        }
-        self.b.copy_from_slice(&self.rom);
-        let words = self.rom.len();
-        self.rom
-            .copy_from_slice(&self.weights[address * words..(address + 1) * words]);
+        self.b = self.rom;
+        self.rom = 1 + address;
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        for p in 0..self.pe {
-            let own = p * self.simd..(p + 1) * self.simd;
+        let (pe, simd) = (self.pe, self.simd);
+        // Words of an element in their own order.
+        let ordered = |level: usize, word: &dyn Fn(usize) -> i64| -> Vec<i64> {
+            let mut row = vec![0; self.orders[level].len()];
+            for (place, at) in self.orders[level].iter().enumerate() {
+                row[*at] = word(place);
+            }
+            row
+        };
+        for p in 0..pe {
+            let rom = ordered(0, &|place| self.word(self.rom)[place * pe + p].into());
+            let a = ordered(0, &|place| self.a[place * pe + p].into());
+            let b = ordered(0, &|place| self.word(self.b)[place * pe + p].into());
+            let products = ordered(0, &|place| self.products[place * pe + p]);
             within(probe, format_args!("u_w{p}"), |probe| {
-                probe.words("data_q", self.w_bits, &self.rom[own.clone()]);
+                probe.words("data_q", self.w_bits, &rom)
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
-                for (s, i) in own.enumerate() {
+                for s in 0..simd {
                     within(probe, format_args!("g_mul[{s}]"), |probe| {
                         within(probe, format_args!("u_mul"), |probe| {
-                            probe.word("a_q", self.x_bits, self.a[i]);
-                            probe.word("b_q", self.w_bits, self.b[i]);
-                            probe.word("p_q", self.x_bits + self.w_bits, self.products[i]);
+                            probe.word("a_q", self.x_bits, a[s]);
+                            probe.word("b_q", self.w_bits, b[s]);
+                            probe.word("p_q", self.x_bits + self.w_bits, products[s]);
                         });
                     });
                 }
                 let mut bits = self.x_bits + self.w_bits;
                 for (number, level) in self.levels.iter().enumerate() {
                     bits = (bits + 1).min(self.sum_bits);
-                    let sums = level.len() / self.pe;
+                    let row = ordered(number + 1, &|place| level[place * pe + p]);
                     within(probe, format_args!("u_level{}", number + 1), |probe| {
-                        probe.words("sum_q", bits, &level[p * sums..(p + 1) * sums]);
+                        probe.words("sum_q", bits, &row);
                     });
                 }
                 if let Some(accumulators) = &self.accumulators {
@@ -132,6 +163,24 @@ impl Array {
             });
         }
     }
+}
+
+fn narrow(word: i64) -> i32 {
+    i32::try_from(word).expect("an operand has at most 24 bits")
+}
+
+/// For each level of a tree over `words` words, the word at each place: first the left words of
+/// all pairs, then the right ones, an odd last word last; the pairs in the order of their sums.
+fn tree_orders(words: usize) -> Vec<Vec<usize>> {
+    if words == 1 {
+        return vec![vec![0]];
+    }
+    let above = tree_orders(words.div_ceil(2));
+    let pairs = || above[0].iter().filter(|sum| 2 * **sum + 1 < words);
+    let mut order: Vec<usize> = pairs().map(|sum| 2 * sum).collect();
+    order.extend(pairs().map(|sum| 2 * sum + 1));
+    order.extend((words % 2 == 1).then(|| words - 1));
+    [vec![order], above].concat()
 }
 
 /// `hwg_group`.

@@ -79,6 +79,8 @@ pub(super) struct Control {
 }
 
 /// `hwg_replay`.
+///
+/// The ring is kept still and the place of its head moves.
 #[derive(Clone, Debug)]
 pub(super) struct Replay {
     bits: u32,
@@ -86,6 +88,7 @@ pub(super) struct Replay {
     synapse_folds: usize,
     folds: usize,
     slots: Vec<i64>,
+    head: usize,
     address: usize,
     step: usize,
     busy: bool,
@@ -100,6 +103,7 @@ impl Replay {
             synapse_folds,
             folds: synapse_folds * neuron_folds,
             slots: vec![0; simd * synapse_folds],
+            head: 0,
             address: 0,
             step: 0,
             busy: false,
@@ -117,7 +121,7 @@ impl Replay {
     }
 
     pub(super) fn words(&self) -> &[i64] {
-        &self.slots[..self.simd]
+        &self.slots[self.head..self.head + self.simd]
     }
 
     pub(super) fn address(&self) -> usize {
@@ -130,10 +134,11 @@ impl Replay {
             let (words, padding) = self.slots.split_at_mut(vector.len());
             words.copy_from_slice(vector);
             padding.fill(0);
+            self.head = 0;
             self.flag = flag;
         } else if self.busy {
-            let turn = self.simd % self.slots.len();
-            self.slots.rotate_left(turn);
+            let next = self.head + self.simd;
+            self.head = if next == self.slots.len() { 0 } else { next };
         }
         if reset || start {
             (self.busy, self.address, self.step) = (!reset, 0, 0);
@@ -149,7 +154,8 @@ impl Replay {
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        probe.words("slot_q", self.bits, &self.slots);
+        let (behind, before) = self.slots.split_at(self.head);
+        probe.words("slot_q", self.bits, &[before, behind].concat());
         probe.count("address_q", address_bits(self.folds), self.address);
         probe.count("step_q", counter_bits(self.synapse_folds), self.step);
         probe.bit("busy_q", self.busy);

@@ -21,11 +21,13 @@ pub(super) struct Requant {
     pre: QFormat,
     activation: Activation,
     output_beats: usize,
-    /// `[beat][lane]`
+    /// `[1 + beat][lane]`; word 0 is the zero of power-up.
     biases: Vec<i64>,
     extras: Vec<u32>,
+    array_beats: usize,
     beat: usize,
-    rom_beat: Option<usize>,
+    /// Word in the ROM's register.
+    rom: usize,
     sums: Vec<i64>,
     valid: u32,
     flag: u32,
@@ -39,7 +41,8 @@ impl Requant {
     pub(super) fn new(layer: &Layer) -> Self {
         let quant = &layer.quant;
         let entries = (0..layer.array_beats()).flat_map(|beat| layer.bias_word(beat));
-        let (biases, extras) = entries.unzip();
+        let zero = std::iter::repeat_n((0, 0), layer.lanes);
+        let (biases, extras) = zero.chain(entries).unzip();
         let zeros = vec![0; layer.lanes];
         Self {
             lanes: layer.lanes,
@@ -53,8 +56,9 @@ impl Requant {
             output_beats: layer.output_beats(),
             biases,
             extras,
+            array_beats: layer.array_beats(),
             beat: 0,
-            rom_beat: None,
+            rom: 0,
             sums: zeros.clone(),
             valid: 0,
             flag: 0,
@@ -81,18 +85,10 @@ impl Requant {
         &self.words
     }
 
-    fn entry(&self, lane: usize) -> (i64, u32) {
-        match self.rom_beat {
-            Some(beat) => {
-                let at = beat * self.lanes + lane;
-                (self.biases[at], self.extras[at])
-            }
-            None => (0, 0),
-        }
-    }
-
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, sums: &[i64]) {
         let stages = self.stages();
+        let own = self.rom * self.lanes..(self.rom + 1) * self.lanes;
+        let (biases, extras) = (&self.biases[own.clone()], &self.extras[own]);
         let mut clipped = false;
         let narrow = if self.extra_bits > 0 {
             &self.shifted
@@ -100,22 +96,20 @@ impl Requant {
             &self.biased
         };
         for (word, value) in self.words.iter_mut().zip(narrow) {
-            let z = saturate(
-                shift_right(*value, self.shift, Rounding::Floor),
-                self.pre,
-                self.activation,
-            );
+            let value = shift_right(*value, self.shift, Rounding::Floor);
+            let z = saturate(value, self.pre, self.activation);
             *word = z.code;
             clipped |= z.clipped;
         }
-        for lane in 0..self.lanes {
-            let (bias, extra) = self.entry(lane);
-            if self.extra_bits > 0 {
-                self.shifted[lane] =
-                    shift_right(self.biased[lane], self.extra[lane], Rounding::Floor);
-                self.extra[lane] = extra;
+        if self.extra_bits > 0 {
+            let lanes = self.shifted.iter_mut().zip(&self.biased);
+            for ((shifted, biased), extra) in lanes.zip(&self.extra) {
+                *shifted = shift_right(*biased, *extra, Rounding::Floor);
             }
-            self.biased[lane] = (self.sums[lane] << self.product_shift) + bias;
+            self.extra.copy_from_slice(extras);
+        }
+        for ((biased, sum), bias) in self.biased.iter_mut().zip(&self.sums).zip(biases) {
+            *biased = (sum << self.product_shift) + bias;
         }
         self.sums.copy_from_slice(sums);
         let mask = (1 << stages) - 1;
@@ -128,8 +122,8 @@ impl Requant {
             (self.valid << 1 | u32::from(keep)) & mask
         };
 
-        self.rom_beat = Some(self.beat);
-        let last = (self.beat + 1) * self.lanes == self.biases.len();
+        self.rom = 1 + self.beat;
+        let last = self.beat + 1 == self.array_beats;
         self.beat = match (reset, valid) {
             (true, _) => 0,
             (_, true) if last => 0,
@@ -140,21 +134,19 @@ impl Requant {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         within(probe, format_args!("u_bias"), |probe| {
-            let entries: Vec<i64> = (0..self.lanes)
-                .map(|lane| {
-                    let (bias, extra) = self.entry(lane);
-                    let high = u64::from(extra) << self.biased_bits;
-                    (high | to_bits(bias, self.biased_bits)).cast_signed()
+            let own = self.rom * self.lanes..(self.rom + 1) * self.lanes;
+            let entries: Vec<i64> = self.biases[own.clone()]
+                .iter()
+                .zip(&self.extras[own])
+                .map(|(bias, extra)| {
+                    let high = u64::from(*extra) << self.biased_bits;
+                    (high | to_bits(*bias, self.biased_bits)).cast_signed()
                 })
                 .collect();
             probe.words("data_q", self.biased_bits + self.extra_bits, &entries);
         });
         within(probe, format_args!("u_requant"), |probe| {
-            probe.count(
-                "beat_q",
-                address_bits(self.biases.len() / self.lanes),
-                self.beat,
-            );
+            probe.count("beat_q", address_bits(self.array_beats), self.beat);
             probe.words("sum_q", self.sum_bits, &self.sums);
             probe.word("valid_q", self.stages(), self.valid.into());
             probe.word("flag_q", self.stages(), self.flag.into());

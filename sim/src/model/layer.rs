@@ -29,15 +29,15 @@ pub(super) struct LayerModel {
     x_bits: u32,
     feed: Operands,
     operands: Vec<i64>,
-    /// Control bits on their way beside the array, the newest in the lowest bits.
-    control: Vec<i64>,
+    /// Control bits beside the array.
+    control: Delay,
     array: Array,
     group: Option<Group>,
     drain: Option<Drain>,
     requant: Requant,
     /// The activation units and the control bits beside them.
     units: Vec<Pwl>,
-    unit_control: Vec<i64>,
+    unit_control: Option<Delay>,
     words: Vec<i64>,
 }
 
@@ -57,19 +57,15 @@ impl LayerModel {
                 Feed::Direct => Operands::Direct(Beats::new(synapse_folds)),
             },
             operands: vec![0; simd],
-            control: vec![0; ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels()],
+            control: Delay::new(
+                if layer.accumulates() { 4 } else { 2 },
+                ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
+            ),
             array: Array::new(layer),
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer),
-            unit_control: vec![
-                0;
-                if units.is_empty() {
-                    0
-                } else {
-                    ACTIVATION_LATENCY
-                }
-            ],
+            unit_control: (!units.is_empty()).then(|| Delay::new(2, ACTIVATION_LATENCY)),
             units,
             words: vec![0; layer.lanes],
         }
@@ -77,7 +73,7 @@ impl LayerModel {
 
     /// What stands at the layer's output.
     pub(super) fn beat(&self) -> Beat<'_> {
-        match self.unit_control.last() {
+        match self.unit_control.as_ref().map(Delay::code) {
             Some(control) => Beat {
                 valid: control & 2 != 0,
                 flag: control & 1 != 0,
@@ -94,9 +90,9 @@ impl LayerModel {
     /// `input`: the whole vector with its start bit, or the beat of the layer in front.
     pub(super) fn step(&mut self, reset: bool, input: Beat<'_>) {
         // From the foot to the head, so that every cell still sees its neighbour of before.
-        if !self.units.is_empty() {
-            let code = i64::from(self.requant.valid()) << 1 | i64::from(self.requant.flag());
-            delay(&mut self.unit_control, reset, code);
+        if let Some(control) = &mut self.unit_control {
+            let code = u64::from(self.requant.valid()) << 1 | u64::from(self.requant.flag());
+            control.step(reset, code);
             for ((unit, z), word) in self
                 .units
                 .iter_mut()
@@ -108,7 +104,7 @@ impl LayerModel {
             }
         }
 
-        let foot = *self.control.last().expect("an array has a latency");
+        let foot = self.control.code();
         let at_foot = match &self.group {
             Some(_) => Control {
                 valid: foot & 8 != 0,
@@ -146,14 +142,14 @@ impl LayerModel {
         self.array
             .step(&self.operands, address, at_foot.valid, at_foot.first);
         let code = if self.group.is_some() {
-            i64::from(control.valid) << 3
-                | i64::from(control.first) << 2
-                | i64::from(control.last) << 1
-                | i64::from(control.flag)
+            u64::from(control.valid) << 3
+                | u64::from(control.first) << 2
+                | u64::from(control.last) << 1
+                | u64::from(control.flag)
         } else {
-            i64::from(control.valid) << 1 | i64::from(control.flag)
+            u64::from(control.valid) << 1 | u64::from(control.flag)
         };
-        delay(&mut self.control, reset, code);
+        self.control.step(reset, code);
         match &mut self.feed {
             Operands::Replay(replay) => {
                 self.operands.copy_from_slice(replay.words());
@@ -177,10 +173,7 @@ impl LayerModel {
                 }
             }
             probe.words("operands_q", self.x_bits, &self.operands);
-            let control_bits = if self.group.is_some() { 4 } else { 2 };
-            within(probe, format_args!("u_control"), |p| {
-                p.words("pipe_q", control_bits, &self.control);
-            });
+            within(probe, format_args!("u_control"), |p| self.control.show(p));
             self.array.show(probe);
             if let Some(group) = &self.group {
                 within(probe, format_args!("u_group"), |p| group.show(p));
@@ -189,10 +182,8 @@ impl LayerModel {
                 within(probe, format_args!("u_drain"), |p| drain.show(p));
             }
             self.requant.show(probe);
-            if !self.units.is_empty() {
-                within(probe, format_args!("u_act_control"), |p| {
-                    p.words("pipe_q", 2, &self.unit_control);
-                });
+            if let Some(control) = &self.unit_control {
+                within(probe, format_args!("u_act_control"), |p| control.show(p));
             }
             for (i, unit) in self.units.iter().enumerate() {
                 within(probe, format_args!("g_act[{i}]"), |p| unit.show(p));
@@ -201,12 +192,43 @@ impl LayerModel {
     }
 }
 
-/// `hwg_delay`.
-fn delay(pipe: &mut [i64], reset: bool, code: i64) {
-    if reset {
-        pipe.fill(0);
-    } else {
-        pipe.rotate_right(1);
-        pipe[0] = code;
+/// `hwg_delay`: control bits on their way, the newest in the lowest bits.
+#[derive(Clone, Debug)]
+struct Delay {
+    width: u32,
+    depth: u32,
+    pipe: u64,
+}
+
+impl Delay {
+    /// At most 4 bits for 15 clocks: an array of the widest layer.
+    fn new(width: u32, depth: usize) -> Self {
+        let depth = u32::try_from(depth).expect("a small number");
+        assert!(width * depth <= 64, "{width} bits for {depth} clocks");
+        Self {
+            width,
+            depth,
+            pipe: 0,
+        }
+    }
+
+    /// What comes out.
+    fn code(&self) -> u64 {
+        self.pipe >> (self.width * (self.depth - 1))
+    }
+
+    fn step(&mut self, reset: bool, code: u64) {
+        let all = u64::MAX >> (64 - self.width * self.depth);
+        self.pipe = if reset {
+            0
+        } else {
+            (self.pipe << self.width | code) & all
+        };
+    }
+
+    fn show<P: Probe>(&self, probe: &mut P) {
+        let mask = (1 << self.width) - 1;
+        let codes = (0..self.depth).map(|i| (self.pipe >> (i * self.width) & mask).cast_signed());
+        probe.words("pipe_q", self.width, &codes.collect::<Vec<_>>());
     }
 }

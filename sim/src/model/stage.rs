@@ -77,12 +77,12 @@ impl StageModel {
             let last = &network.last().quant;
             let mut widths = vec![last.output.width(); last.outputs()];
             widths.push(1);
-            let fifo = Fifo::new(widths, schedule.fifo_depth);
+            let fifo = Fifo::new(&widths, schedule.fifo_depth);
             answers.push((network.name.clone(), before.expect("a layer"), fifo));
         }
         Self {
             admit: Admit::new(schedule.interval, schedule.credits),
-            frames: Fifo::new(vec![1, 1], schedule.fifo_depth),
+            frames: Fifo::new(&[1, 1], schedule.fifo_depth),
             nodes,
             answers,
         }

@@ -7,7 +7,8 @@ use super::probe::{Probe, counter_bits, within};
 /// `hwg_fifo`: a word is a few fields.
 #[derive(Clone, Debug)]
 pub(super) struct Fifo {
-    widths: Vec<u32>,
+    fields: usize,
+    slot_widths: Vec<u32>,
     slots: Vec<i64>,
     count: usize,
     valid: bool,
@@ -16,10 +17,12 @@ pub(super) struct Fifo {
 }
 
 impl Fifo {
-    pub(super) fn new(widths: Vec<u32>, depth: usize) -> Self {
+    /// `widths`: of the fields of a word, the lowest first.
+    pub(super) fn new(widths: &[u32], depth: usize) -> Self {
         let slots = vec![0; widths.len() * depth];
         Self {
-            widths,
+            fields: widths.len(),
+            slot_widths: widths.repeat(depth),
             slots,
             count: 0,
             valid: false,
@@ -38,7 +41,7 @@ impl Fifo {
 
     /// The fields of the head.
     pub(super) fn head(&self) -> &[i64] {
-        &self.slots[..self.widths.len()]
+        &self.slots[..self.fields]
     }
 
     /// `put` writes the fields of the word that is offered.
@@ -49,7 +52,7 @@ impl Fifo {
         taken: bool,
         put: impl FnOnce(&mut [i64]),
     ) {
-        let fields = self.widths.len();
+        let fields = self.fields;
         let (push, pop) = (offered && self.ready, self.valid && taken);
         let tail = self.count - usize::from(pop);
         if pop {
@@ -66,25 +69,11 @@ impl Fifo {
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        let widths: Vec<u32> = if probe_wants_names(probe) {
-            self.widths
-                .iter()
-                .copied()
-                .cycle()
-                .take(self.slots.len())
-                .collect()
-        } else {
-            Vec::new()
-        };
-        probe.fields("slot_q", &widths, &self.slots);
+        probe.fields("slot_q", &self.slot_widths, &self.slots);
         probe.count("count_q", counter_bits(self.depth), self.count);
         probe.bit("valid_q", self.valid);
         probe.bit("ready_q", self.ready);
     }
-}
-
-fn probe_wants_names<P: Probe>(_: &P) -> bool {
-    true
 }
 
 /// `hwg_ingress`.
@@ -110,7 +99,7 @@ impl Ingress {
             input: input.clone(),
             beat_words,
             beats: words.div_ceil(beat_words),
-            slice: Fifo::new(widths, 2),
+            slice: Fifo::new(&widths, 2),
             index: 0,
             words: vec![0; words],
             full: false,
@@ -260,7 +249,7 @@ impl Egress {
             slots: vec![0; beats * beat_words],
             left: 0,
             user: 0,
-            slice: Fifo::new(widths, 2),
+            slice: Fifo::new(&widths, 2),
         }
     }
 
