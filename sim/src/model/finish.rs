@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hwgen_spec::activation::{GUARD_BITS, OddTable};
 use hwgen_spec::design::{Layer, extra_shift_width};
-use hwgen_spec::format::{QFormat, Rounding, Saturated, shift_right, to_bits};
+use hwgen_spec::format::{QFormat, Rounding, shift_right, to_bits};
 use hwgen_spec::network::Activation;
 
 use super::probe::{Probe, address_bits, within};
@@ -87,20 +87,9 @@ impl Requant {
 
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, sums: &[i64]) {
         let stages = self.stages();
+        let clipped = self.saturate();
         let own = self.rom * self.lanes..(self.rom + 1) * self.lanes;
         let (biases, extras) = (&self.biases[own.clone()], &self.extras[own]);
-        let mut clipped = false;
-        let narrow = if self.extra_bits > 0 {
-            &self.shifted
-        } else {
-            &self.biased
-        };
-        for (word, value) in self.words.iter_mut().zip(narrow) {
-            let value = shift_right(*value, self.shift, Rounding::Floor);
-            let z = saturate(value, self.pre, self.activation);
-            *word = z.code;
-            clipped |= z.clipped;
-        }
         if self.extra_bits > 0 {
             let lanes = self.shifted.iter_mut().zip(&self.biased);
             for ((shifted, biased), extra) in lanes.zip(&self.extra) {
@@ -130,6 +119,35 @@ impl Requant {
             (_, true) => self.beat + 1,
             (_, false) => self.beat,
         };
+    }
+
+    /// The last step of `hwg_requant`; true if a word was beyond its format.
+    fn saturate(&mut self) -> bool {
+        let values = if self.extra_bits > 0 {
+            &self.shifted
+        } else {
+            &self.biased
+        };
+        let (format, shift) = (self.pre, self.shift);
+        let mut clipped = false;
+        let lanes = self.words.iter_mut().zip(values);
+        let lanes = lanes.map(|(word, v)| (word, shift_right(*v, shift, Rounding::Floor)));
+        match self.activation {
+            Activation::Linear | Activation::Relu => {
+                let relu = self.activation == Activation::Relu;
+                for (word, value) in lanes {
+                    let z = format.saturate(if relu { value.max(0) } else { value });
+                    *word = z.code;
+                    clipped |= z.clipped;
+                }
+            }
+            Activation::Tanh | Activation::Sigmoid => {
+                // Clipping the argument of an odd function is no overflow.
+                let most = format.max_code();
+                lanes.for_each(|(word, value)| *word = value.clamp(-most, most));
+            }
+        }
+        clipped
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -163,21 +181,6 @@ impl Requant {
                 });
             }
         });
-    }
-}
-
-/// The last step of `hwg_requant`.
-fn saturate(value: i64, format: QFormat, activation: Activation) -> Saturated {
-    match activation {
-        Activation::Linear => format.saturate(value),
-        Activation::Relu => format.saturate(value.max(0)),
-        Activation::Tanh | Activation::Sigmoid => {
-            let most = format.max_code();
-            Saturated {
-                code: value.clamp(-most, most),
-                clipped: false,
-            }
-        }
     }
 }
 
