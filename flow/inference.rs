@@ -53,7 +53,11 @@ pub fn cycle_accurate(design: &Design, rows: &[Vec<f64>]) -> Result<Inference, F
     let mut beats: Vec<Vec<i64>> = Vec::new();
     let mut core = Model::new(design);
     let mut pins = Pins::idle(design);
-    core.step(&pins);
+    // The reset hands out the credits; with the clock after it the core is ready.
+    for reset_n in [false, true] {
+        pins.reset_n = reset_n;
+        core.step(&pins);
+    }
 
     let wanted = rows.len() * sink.beats();
     let limit = 2 * stated_cycles(design, rows.len()) + 1000;
