@@ -18,10 +18,13 @@
 pub mod compare;
 pub mod doctor;
 pub mod error;
+pub mod explain;
 pub mod gtkwave;
 pub mod model;
 pub mod record;
+pub mod session;
 pub mod simulator;
+pub mod stimulus;
 pub mod tool;
 pub mod trace;
 pub mod vcd;

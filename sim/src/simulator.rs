@@ -185,7 +185,10 @@ impl Built {
         // By its bare name in its own directory: the bench holds a path of 1,023 bytes at most.
         let name = Path::new(dump.file_name().unwrap_or_default());
         arguments.push(plus_argument("dump", name));
-        let run = self.start(&plan.stimulus, arguments, &directory, plan.timeout)?;
+        // Replays may run side by side: each has the log that its dump is named after.
+        let label = name.with_extension("").to_string_lossy().into_owned();
+        let place = (directory.as_path(), label);
+        let run = self.start(&plan.stimulus, arguments, place, plan.timeout)?;
         self.demand_verdict(&run, plan.clocks)?;
         let size = std::fs::metadata(&dump).map_or(0, |m| m.len());
         if size == 0 {
@@ -213,7 +216,8 @@ impl Built {
     ) -> Result<Speed, ToolError> {
         let directory = std::path::absolute(directory).map_err(io(directory))?;
         let arguments = vec![OsString::from("+bench")];
-        let run = self.start(stimulus, arguments, &directory, timeout)?;
+        let label = format!("{}-speed", self.simulator.name());
+        let run = self.start(stimulus, arguments, (&directory, label), timeout)?;
         self.demand_verdict(&run, clocks)?;
         let seconds = match self.simulator {
             Simulator::Icarus => run.duration.as_secs_f64(),
@@ -227,7 +231,7 @@ impl Built {
         &self,
         stimulus: &Path,
         arguments: Vec<OsString>,
-        directory: &Path,
+        (directory, label): (&Path, String),
         timeout: Duration,
     ) -> Result<Run, ToolError> {
         let stimulus = std::path::absolute(stimulus).map_err(io(stimulus))?;
@@ -245,7 +249,7 @@ impl Built {
             program: self.program.clone(),
             arguments: all,
             directory: directory.to_owned(),
-            label: format!("{}-replay", self.simulator.name()),
+            label,
             timeout,
         })
     }

@@ -1,0 +1,225 @@
+//! What is driven into the core: frames by class, crossed with the manner of their flow.
+
+use hwgen_spec::design::Design;
+use hwgen_spec::format::QFormat;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// One input frame as it is sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Codes of the words that are sent; a well-formed frame has one an input.
+    ///
+    /// Lanes of the last beat that carry no word are sent too, as they come.
+    pub lanes: Vec<i64>,
+    /// Beats that are sent, TLAST on the last.
+    pub beats: usize,
+}
+
+/// How frames are sent and answers taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// A beat whenever the core takes one, answers taken at once.
+    Continuous,
+    /// Pauses between beats and frames.
+    Idle,
+    /// Answers taken now and then.
+    BackPressure,
+    /// Pauses on both sides, and resets in the middle of it all.
+    Reset,
+}
+
+impl Flow {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Continuous,
+        Self::Idle,
+        Self::BackPressure,
+        Self::Reset,
+    ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Continuous => "continuous",
+            Self::Idle => "idle",
+            Self::BackPressure => "back-pressure",
+            Self::Reset => "reset",
+        }
+    }
+}
+
+/// Frames of one class in one flow: one run of the simulators.
+#[derive(Clone, Debug)]
+pub struct Segment {
+    /// `corners x idle`
+    pub name: String,
+    /// The flow.
+    pub flow: Flow,
+    /// The frames in order.
+    pub frames: Vec<Frame>,
+    /// Seed of pauses and resets.
+    pub seed: u64,
+}
+
+/// The segments of a check: corners, random frames, malformed frames, rows of a file, each in
+/// every flow.
+///
+/// # Shape
+/// `vectors`: `[row][in]` in raw units; rows and random frames are spread over the flows.
+pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64) -> Vec<Segment> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let corners = corners(design, &mut rng);
+    let random: Vec<Frame> = (0..random)
+        .map(|_| random_frame(design, &mut rng))
+        .collect();
+    let malformed = malformed(design, &mut rng);
+    let rows: Vec<Frame> = vectors
+        .iter()
+        .map(|row| whole(design, design.input().codes(row), &mut rng))
+        .collect();
+    let mut segments = Vec::new();
+    let mut push = |class: &str, flow: Flow, frames: &[Frame]| {
+        if !frames.is_empty() {
+            let seed = rng.random();
+            let name = format!("{class} x {}", flow.name());
+            segments.push(Segment {
+                name,
+                flow,
+                frames: frames.to_vec(),
+                seed,
+            });
+        }
+    };
+    for (i, flow) in Flow::ALL.into_iter().enumerate() {
+        push("corners", flow, &corners);
+        push("malformed", flow, &malformed);
+        let share = |frames: &[Frame]| -> Vec<Frame> {
+            frames
+                .iter()
+                .skip(i)
+                .step_by(Flow::ALL.len())
+                .cloned()
+                .collect()
+        };
+        push("random", flow, &share(&random));
+        push("file", flow, &share(&rows));
+    }
+    segments
+}
+
+/// A frame of the right length; lanes without a word carry noise.
+fn whole(design: &Design, mut codes: Vec<i64>, rng: &mut impl Rng) -> Frame {
+    let source = design.source();
+    let lane = lane_format(design);
+    while codes.len() < source.beats() * source.words_per_beat {
+        codes.push(rng.random_range(lane.min_code()..=lane.max_code()));
+    }
+    Frame {
+        lanes: codes,
+        beats: source.beats(),
+    }
+}
+
+fn lane_format(design: &Design) -> QFormat {
+    QFormat::new(design.source().lane_bits, 0).expect("a lane is a word")
+}
+
+/// The corners of the box, its inside, its outside, one input at a time and all together.
+fn corners(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Frame> {
+    let input = design.input();
+    let lane = lane_format(design);
+    let inputs = input.low.len();
+    let middle: Vec<i64> = input
+        .low
+        .iter()
+        .zip(&input.high)
+        .map(|(l, h)| l + (h - l) / 2)
+        .collect();
+    let step = |codes: &[i64], by: i64| -> Vec<i64> {
+        codes.iter().map(|c| lane.saturate(c + by).code).collect()
+    };
+    let alternating = |first: &[i64], second: &[i64]| -> Vec<i64> {
+        (0..inputs)
+            .map(|i| if i % 2 == 0 { first[i] } else { second[i] })
+            .collect()
+    };
+    let mut rows = vec![
+        input.low.clone(),
+        input.high.clone(),
+        middle.clone(),
+        vec![0; inputs],
+        vec![-1; inputs],
+        vec![1; inputs],
+        alternating(&input.low, &input.high),
+        alternating(&input.high, &input.low),
+        step(&input.low, -1),
+        step(&input.high, 1),
+        vec![lane.min_code(); inputs],
+        vec![lane.max_code(); inputs],
+    ];
+    // One input at its edges, the others in the middle; a few of them where there are many.
+    for i in (0..inputs).step_by(inputs.div_ceil(6)) {
+        for edge in [input.low[i], input.high[i], lane.max_code()] {
+            let mut row = middle.clone();
+            row[i] = edge;
+            rows.push(row);
+        }
+    }
+    for _ in 0..8 {
+        rows.push(
+            (0..inputs)
+                .map(|i| {
+                    if rng.random_bool(0.5) {
+                        input.low[i]
+                    } else {
+                        input.high[i]
+                    }
+                })
+                .collect(),
+        );
+    }
+    rows.into_iter()
+        .map(|row| whole(design, row, rng))
+        .collect()
+}
+
+/// Uniform in the box; one frame in sixteen has a word from anywhere in its lane.
+fn random_frame(design: &Design, rng: &mut ChaCha8Rng) -> Frame {
+    let input = design.input();
+    let mut codes: Vec<i64> = input
+        .low
+        .iter()
+        .zip(&input.high)
+        .map(|(low, high)| rng.random_range(*low..=*high))
+        .collect();
+    if rng.random_ratio(1, 16) {
+        let lane = lane_format(design);
+        let at = rng.random_range(0..codes.len());
+        codes[at] = rng.random_range(lane.min_code()..=lane.max_code());
+    }
+    whole(design, codes, rng)
+}
+
+/// Frames that are too short or too long among whole ones.
+fn malformed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Frame> {
+    let beats = design.source().beats();
+    let mut lengths = vec![beats + 1, beats, 2 * beats + 3, beats];
+    if beats > 1 {
+        lengths.extend([1, beats, beats - 1, beats.div_ceil(2), beats]);
+    }
+    lengths.push(beats + 2);
+    lengths
+        .into_iter()
+        .map(|beats| {
+            let mut frame = random_frame(design, rng);
+            let lanes = beats * design.source().words_per_beat;
+            while frame.lanes.len() < lanes {
+                let filler = frame.lanes[frame.lanes.len() % 3 % frame.lanes.len()];
+                frame.lanes.push(filler);
+            }
+            frame.lanes.truncate(lanes);
+            Frame { beats, ..frame }
+        })
+        .collect()
+}

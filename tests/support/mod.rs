@@ -1,0 +1,188 @@
+//! Bundles of random and given designs, checked by the whole chain.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hwgen_gen::Source;
+use hwgen_sim::error::SimError;
+use hwgen_sim::simulator::Simulator;
+use hwgen_sim::tool::Toolbox;
+use hwgen_sim::verify::{Report, VerifyPlan, verify};
+use hwgen_spec::design::Design;
+use hwgen_spec::network::{
+    Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
+};
+use hwgen_spec::options::{Budget, Options, WidthSetting};
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// How a bundle is checked.
+pub struct Check<'a> {
+    pub random: usize,
+    pub seed: u64,
+    pub simulators: &'a [Simulator],
+}
+
+/// Writes the bundle of a design below `directory`.
+pub fn emit(net: &FloatNet, options: &Options, directory: &Path) -> PathBuf {
+    let design = Design::new(net, options).expect("a legal design");
+    let out = directory.join(design.name());
+    hwgen_gen::generate(&design, net)
+        .write(&out)
+        .expect("a new directory");
+    out
+}
+
+/// Checks a bundle that was read with its digests.
+pub fn check(bundle: &Path, check: &Check<'_>) -> Result<Report, SimError> {
+    let source = Source::read(bundle).expect("a bundle as it was emitted");
+    check_source(bundle, &source, check)
+}
+
+/// Checks a bundle whatever its digests.
+pub fn check_source(bundle: &Path, source: &Source, check: &Check<'_>) -> Result<Report, SimError> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let rtl = source.manifest.files.iter().map(|f| f.path.clone());
+    let plan = VerifyPlan {
+        bundle: bundle.to_owned(),
+        sources: rtl.filter(|p| p.starts_with("rtl/")).collect(),
+        design: &source.design,
+        net: &source.net,
+        vectors: Vec::new(),
+        random: check.random,
+        seed: check.seed,
+        simulators: check.simulators.to_vec(),
+        toolbox: &Toolbox::new(root),
+        work_dir: bundle.with_extension("work"),
+        cache_dir: bundle.with_extension("cache"),
+        timeout: Duration::from_secs(600),
+    };
+    verify(&plan, &mut |_| {})
+}
+
+/// A report that must say that everything is equal.
+pub fn assert_verified(report: &Report, what: &str) {
+    assert!(report.verified, "{what}: {report:#?}");
+    for run in &report.runs {
+        assert!(
+            run.frames > 0 && run.edges > 0 && run.registers > 0,
+            "{what}: {run:?}"
+        );
+    }
+}
+
+/// A legal network and options, drawn from a seed: sizes, widths, foldings, activations, layers,
+/// networks, formats.
+pub fn random_design(seed: u64) -> (FloatNet, Options) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let sizes = [1, 1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 17];
+    let size = |rng: &mut ChaCha8Rng| sizes[rng.random_range(0..sizes.len())];
+    let inputs = size(&mut rng);
+    let low: Vec<f64> = (0..inputs)
+        .map(|_| rng.random_range(-100.0..50.0))
+        .collect();
+    let high: Vec<f64> = low
+        .iter()
+        .map(|l| l + rng.random_range(0.0..200.0))
+        .collect();
+    let plain = rng.random_bool(0.3);
+    let layer = |rng: &mut ChaCha8Rng, inputs: usize, outputs: usize| {
+        let activation = Activation::ALL[rng.random_range(0..4)];
+        let reach = libm_exp2(rng.random_range(-6..4)) / f64::from(u32::try_from(inputs).unwrap());
+        let mut draw = |reach: f64| rng.random_range(-reach..reach);
+        let weights = DMatrix::from_fn(outputs, inputs, |i, _| {
+            // Rows of very different size call for shifts of their own.
+            draw(reach) * if i % 3 == 2 { 0.01 } else { 1.0 }
+        });
+        let bias = (0..outputs).map(|_| draw(2.0)).collect();
+        FloatLayer {
+            activation,
+            weights,
+            bias,
+            format: LayerFormat::default(),
+        }
+    };
+    let stack = |rng: &mut ChaCha8Rng, inputs: usize, layers: usize| {
+        let mut stack: Vec<FloatLayer> = Vec::new();
+        for _ in 0..layers {
+            let from = stack.last().map_or(inputs, FloatLayer::outputs);
+            let to = size(rng);
+            stack.push(layer(rng, from, to));
+        }
+        stack
+    };
+    let shared_layers = [0, 0, 1, 2][rng.random_range(0..4)];
+    let shared = stack(&mut rng, inputs, shared_layers);
+    let into = shared.last().map_or(inputs, FloatLayer::outputs);
+    let networks = (0..[1, 1, 2, 3][rng.random_range(0..4)])
+        .map(|i| {
+            let depth = rng.random_range(1..=3);
+            let layers = stack(&mut rng, into, depth);
+            let outputs = layers.last().expect("a layer").outputs();
+            let scaled = rng.random_bool(0.5);
+            let scale = |rng: &mut ChaCha8Rng| {
+                (0..outputs)
+                    .map(|_| {
+                        if scaled {
+                            rng.random_range(0.1..20.0)
+                        } else {
+                            1.0
+                        }
+                    })
+                    .collect::<Vec<f64>>()
+            };
+            let (scale, offset) = (scale(&mut rng), scale(&mut rng));
+            let offset = if scaled { offset } else { vec![0.0; outputs] };
+            let names = (0..outputs).map(|o| format!("out{o}")).collect();
+            let outputs = Outputs {
+                names,
+                unit: "m".into(),
+                scale,
+                offset,
+            };
+            Network {
+                name: format!("net{i}"),
+                layers,
+                outputs,
+            }
+        })
+        .collect();
+    let net = FloatNet {
+        name: format!("random{seed}"),
+        inputs: Inputs {
+            names: (0..inputs).map(|i| format!("in{i}")).collect(),
+            unit: "px".into(),
+            offset: (0..inputs)
+                .map(|i| if plain { 0.0 } else { (low[i] + high[i]) / 2.0 })
+                .collect(),
+            scale: (0..inputs)
+                .map(|_| {
+                    if plain {
+                        1.0
+                    } else {
+                        rng.random_range(0.01..0.1)
+                    }
+                })
+                .collect(),
+            resolution: [None, Some(0.0625), Some(3.0)][rng.random_range(0..3)],
+            min: low,
+            max: high,
+        },
+        shared,
+        networks,
+    };
+    let any = |bits| vec![WidthSetting { layer: None, bits }];
+    let options = Options {
+        budget: Budget::Interval([1, 2, 3, 5, 7, 8, 16, 31, 64, 200][rng.random_range(0..10)]),
+        weight_bits: any(rng.random_range(4..=18)),
+        activation_bits: any(rng.random_range(5..=16)),
+        output_bits: Some(rng.random_range(6..=32)),
+        segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
+    };
+    (net, options)
+}
+
+fn libm_exp2(exponent: i32) -> f64 {
+    2f64.powi(exponent)
+}
