@@ -38,6 +38,11 @@ impl Table {
             .trim(csv::Trim::All)
             .from_reader(text);
         let mut records = Vec::new();
+        let mut lines = Lines {
+            text,
+            seen: 0,
+            line: 1,
+        };
         for record in reader.records() {
             let record = record.map_err(|e| {
                 let line = e.position().map_or(1, csv::Position::line);
@@ -47,8 +52,8 @@ impl Table {
                 };
                 fault(file, "csv-syntax", message).at(usize_of(line), None)
             })?;
-            let line = record.position().map_or(1, csv::Position::line);
-            records.push((usize_of(line), record));
+            let start = record.position().map_or(0, |p| usize_of(p.byte()));
+            records.push((lines.at(start), record));
         }
         if records.is_empty() {
             let message = "a header with the names of the columns expected, an empty file found";
@@ -196,6 +201,26 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
     aside.write_all(text.as_bytes()).map_err(error)?;
     aside.persist(&target).map_err(|e| error(e.error))?;
     Ok(())
+}
+
+/// Counts lines along a text. The reader's own count is behind where it skipped empty lines.
+struct Lines<'a> {
+    text: &'a [u8],
+    seen: usize,
+    line: usize,
+}
+
+impl Lines<'_> {
+    /// Line of the first character at or behind `start` that ends no line.
+    fn at(&mut self, start: usize) -> usize {
+        let rest = self.text.get(start..).unwrap_or_default();
+        let empty = rest.iter().take_while(|c| matches!(c, b'\r' | b'\n'));
+        let end = start + empty.count();
+        let passed = self.text.get(self.seen..end).unwrap_or_default();
+        self.line += passed.iter().filter(|c| **c == b'\n').count();
+        self.seen = end.max(self.seen);
+        self.line
+    }
 }
 
 fn fault(file: &str, code: &'static str, message: impl Into<String>) -> Failure {
