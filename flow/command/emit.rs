@@ -36,7 +36,7 @@ pub struct Args {
     /// The weights file, format hwgen-weights/1
     #[arg(long, value_name = "W.json")]
     pub weights: PathBuf,
-    /// Directory of the bundle [default: build/<name>]
+    /// Directory of the bundle [default: `build/<name>`]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// What it is to run on: `generic` for portable Verilog

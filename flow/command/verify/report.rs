@@ -31,7 +31,7 @@ pub(crate) fn judge(report: &Report, simulators: &[Simulator]) -> Option<Failure
                 .iter()
                 .map(|f| f.display().to_string())
                 .collect();
-            failure = failure.help(format!("look at {}", files.join(" and ")));
+            failure = failure.help(format!("look at {}", files.join(", ")));
         }
         return Some(failure);
     }
