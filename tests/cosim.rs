@@ -9,6 +9,7 @@ use support::{Check, assert_verified, check, emit, random_design};
 
 /// Random designs that Icarus checks; the seeds are their names.
 const DESIGNS: u64 = 64;
+
 /// Of these, how many Verilator checks as well.
 const DESIGNS_IN_VERILATOR: u64 = 3;
 

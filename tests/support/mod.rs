@@ -176,7 +176,7 @@ pub fn random_design(seed: u64) -> (FloatNet, Options) {
     let options = Options {
         budget: Budget::Interval([1, 2, 3, 5, 7, 8, 16, 31, 64, 200][rng.random_range(0..10)]),
         weight_bits: any(rng.random_range(4..=18)),
-        activation_bits: any(rng.random_range(5..=16)),
+        activation_bits: any(rng.random_range(7..=16)),
         output_bits: Some(rng.random_range(6..=32)),
         segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
     };

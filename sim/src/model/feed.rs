@@ -6,6 +6,7 @@ use super::probe::{Probe, address_bits, counter_bits};
 #[derive(Clone, Debug)]
 pub(super) struct Gather {
     bits: u32,
+    words: usize,
     lanes: usize,
     beats: usize,
     slots: Vec<i64>,
@@ -20,6 +21,7 @@ impl Gather {
         let slots = vec![0; beats * lanes];
         Self {
             bits,
+            words,
             lanes,
             beats,
             slots,
@@ -37,8 +39,9 @@ impl Gather {
         self.flag
     }
 
+    /// The words, without the padding of the last beat.
     pub(super) fn vector(&self) -> &[i64] {
-        &self.slots
+        &self.slots[..self.words]
     }
 
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
@@ -124,9 +127,9 @@ impl Replay {
     pub(super) fn step(&mut self, reset: bool, start: bool, flag: bool, vector: &[i64]) {
         let last = self.address == self.folds - 1;
         if start {
-            let words = vector.len().min(self.slots.len());
-            self.slots.fill(0);
-            self.slots[..words].copy_from_slice(&vector[..words]);
+            let (words, padding) = self.slots.split_at_mut(vector.len());
+            words.copy_from_slice(vector);
+            padding.fill(0);
             self.flag = flag;
         } else if self.busy {
             let turn = self.simd % self.slots.len();

@@ -129,7 +129,7 @@ impl StageModel {
                 .expect("answers are gathered");
             fifo.step(reset, gather.start(), leaves, |slot| {
                 let (flag, words) = slot.split_last_mut().expect("a flag");
-                words.copy_from_slice(&gather.vector()[..words.len()]);
+                words.copy_from_slice(gather.vector());
                 *flag = i64::from(gather.flag());
             });
         }
