@@ -36,8 +36,12 @@ pub struct Args {
     /// The weights file, format hwgen-weights/1
     #[arg(long, value_name = "W.json")]
     pub weights: PathBuf,
-    /// Directory of the bundle [default: `build/<name>`]
-    #[arg(long, value_name = "DIR")]
+    /// Directory of the bundle
+    #[arg(
+        long,
+        value_name = "DIR",
+        help = "Directory of the bundle [default: build/<name>]"
+    )]
     pub out: Option<PathBuf>,
     /// What it is to run on: `generic` for portable Verilog
     #[arg(long, value_name = "D", default_value = "generic")]
