@@ -104,12 +104,10 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
     }));
     text.push_str(&columns("llrrrrlr", &rows));
     text.push('\n');
-    let rows = [
-        row!["cycles", "stated", "measured"],
-        cycles("latency", &report.latency_cycles),
-        cycles("interval", &report.interval_cycles),
-    ];
-    text.push_str(&columns("lrr", &rows));
+    text.push_str(&cycle_table(
+        &report.latency_cycles,
+        &report.interval_cycles,
+    ));
     if !report.error_vs_float.is_empty() {
         text.push('\n');
         let mut rows = vec![row!["error against float", "greatest", "rms", "unit"]];
@@ -150,11 +148,21 @@ fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// Latency and interval, as stated and as measured.
+pub(crate) fn cycle_table(latency: &Cycles, interval: &Cycles) -> String {
+    let rows = [
+        row!["cycles", "stated", "measured"],
+        cycles("latency", latency),
+        cycles("interval", interval),
+    ];
+    columns("lrr", &rows)
+}
+
 fn cycles(what: &str, cycles: &Cycles) -> Vec<String> {
     row![what, cycles.stated, measured(cycles)]
 }
 
-pub(crate) fn measured(cycles: &Cycles) -> String {
+fn measured(cycles: &Cycles) -> String {
     cycles
         .measured
         .map_or_else(|| "-".into(), |m| m.to_string())
