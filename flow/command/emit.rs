@@ -1,0 +1,300 @@
+//! `hwgen emit`
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use hwgen_gen::{Bundle, Manifest};
+use hwgen_spec::design::{Design, Layer};
+use hwgen_spec::network::{Activation, FloatNet};
+use hwgen_spec::options::{Budget, Options, WidthSetting};
+use hwgen_spec::weights;
+use serde_json::{Map, json};
+
+use super::{Outcome, fields};
+use crate::failure::Failure;
+use crate::layout::{columns, counted, row, shell_word, significant};
+use crate::output::Output;
+
+const EXAMPLES: &str = "\
+Examples:
+  hwgen emit --weights w.json
+  hwgen emit --weights w.json --out build/fast --interval 16
+  hwgen emit --weights w.json --multipliers 40 --weight-bits 12 --weight-bits position_l1=14
+  hwgen emit --weights w.json --force --json
+
+The directory is written whole or not at all. `hwgen schema` describes the weights file.";
+
+/// The devices there are tables for.
+const DEVICES: [&str; 1] = ["generic"];
+
+/// What `emit` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The weights file, format hwgen-weights/1
+    #[arg(long, value_name = "W.json")]
+    pub weights: PathBuf,
+    /// Directory of the bundle
+    #[arg(
+        long,
+        value_name = "DIR",
+        help = "Directory of the bundle [default: build/<name>]"
+    )]
+    pub out: Option<PathBuf>,
+    /// What it is to run on: `generic` for portable Verilog
+    #[arg(long, value_name = "D", default_value = "generic")]
+    pub device: String,
+    /// At most N clock cycles between two frames [default: 64]
+    #[arg(long, value_name = "N", conflicts_with = "multipliers")]
+    pub interval: Option<u32>,
+    /// At most N multipliers in the arrays
+    #[arg(long, value_name = "N")]
+    pub multipliers: Option<u32>,
+    /// Bits of weights, of every layer or of the one named [default: 16]
+    #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
+    pub weight_bits: Vec<WidthSetting>,
+    /// Bits of hidden words, of every layer or of the one named [default: 13, or 16 if unbounded]
+    #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
+    pub activation_bits: Vec<WidthSetting>,
+    /// Bits of output words [default: 24]
+    #[arg(long, value_name = "B")]
+    pub output_bits: Option<u32>,
+    /// Segments of the activation tables, a power of two [default: enough for 2 output steps]
+    #[arg(long, value_name = "S")]
+    pub segments: Option<u32>,
+    /// Replace a bundle that is there already
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn width_setting(text: &str) -> Result<WidthSetting, String> {
+    let (layer, bits) = match text.rsplit_once('=') {
+        Some((layer, bits)) => (Some(layer.to_owned()), bits),
+        None => (None, text),
+    };
+    match bits.parse() {
+        Ok(bits) => Ok(WidthSetting { layer, bits }),
+        Err(_) => Err("a number of bits, or <layer>=<bits>, expected".into()),
+    }
+}
+
+/// Writes the bundle.
+///
+/// # Errors
+/// If weights or options are refused or the bundle can't be written.
+pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
+    if !DEVICES.contains(&args.device.as_str()) {
+        let message = format!(
+            "device: one of {} expected, `{}` found",
+            DEVICES.join(", "),
+            args.device
+        );
+        return Err(Failure::input("unknown-device", message)
+            .help("leave --device out for portable Verilog"));
+    }
+    let net = read_weights(&args.weights)?;
+    let design = Design::new(&net, &options(args))?;
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => Path::new("build").join(design.name()),
+    };
+    let bundle = hwgen_gen::generate(&design, &net);
+    if args.force {
+        bundle.replace(&out)?;
+    } else {
+        bundle.write(&out)?;
+    }
+    for file in bundle.files() {
+        output.detail(&format!("wrote {}", out.join(&file.path).display()));
+    }
+    let out = out.display().to_string();
+    let (notes, mut text) = (notes(&design), describe(&design, &bundle));
+    for note in &notes {
+        text.push_str(&format!("note: {note}\n"));
+    }
+    text.push_str(&format!(
+        "\nWritten to {out}: {}.\n",
+        files_in_words(&bundle)
+    ));
+    let next = shell_word(&out);
+    text.push_str(&format!("Next: hwgen verify {next} --random 200\n"));
+    let mut json = facts(&bundle, &out)?;
+    json.insert("notes".into(), json!(notes));
+    Ok(Outcome {
+        text,
+        json,
+        ..Outcome::default()
+    })
+}
+
+fn options(args: &Args) -> Options {
+    let interval = args.interval.map(Budget::Interval);
+    let multipliers = args.multipliers.map(Budget::Multipliers);
+    Options {
+        budget: interval.or(multipliers).unwrap_or_default(),
+        weight_bits: args.weight_bits.clone(),
+        activation_bits: args.activation_bits.clone(),
+        segments: args.segments,
+        output_bits: args.output_bits,
+    }
+}
+
+/// Reads a weights file.
+///
+/// # Errors
+/// If it can't be read or is refused.
+pub fn read_weights(path: &Path) -> Result<FloatNet, Failure> {
+    let mut text = Vec::new();
+    // One byte more than is allowed is enough to refuse it.
+    let most = u64::try_from(weights::MAX_BYTES).map_or(u64::MAX, |most| most + 1);
+    File::open(path)
+        .and_then(|file| file.take(most).read_to_end(&mut text))
+        .map_err(|e| Failure::io(path, &e))?;
+    weights::read(&text).map_err(|e| Failure::weights(path, &e))
+}
+
+/// What a program may want to know of a bundle.
+pub(crate) fn facts(bundle: &Bundle, out: &str) -> Result<Map<String, serde_json::Value>, Failure> {
+    let text = bundle.files().last().map_or("", |f| f.text.as_str());
+    let manifest: Manifest = serde_json::from_str(text)
+        .map_err(|e| Failure::input("no-manifest", e.to_string()).file("manifest.json"))?;
+    let mut files = manifest.files.clone();
+    files.push(hwgen_gen::ManifestFile {
+        path: "manifest.json".into(),
+        sha256: hwgen_gen::sha256(text),
+    });
+    let mut facts = Map::new();
+    facts.insert("design".into(), json!(manifest.design));
+    facts.insert("digest".into(), json!(manifest.digest));
+    facts.insert("out".into(), json!(out));
+    facts.insert("files".into(), json!(files));
+    let wanted = [
+        "latency_cycles",
+        "interval_cycles",
+        "frames_in_flight",
+        "multipliers",
+        "activation_multipliers",
+        "macs",
+        "mac_utilization",
+        "rom_bits",
+        "layers",
+        "streams",
+        "options",
+    ];
+    let mut all = fields(&manifest);
+    for key in wanted {
+        facts.extend(all.remove(key).map(|value| (key.to_owned(), value)));
+    }
+    Ok(facts)
+}
+
+/// The design for people: a table of its layers, and totals.
+pub(crate) fn describe(design: &Design, bundle: &Bundle) -> String {
+    let networks = design.perceptron().networks.len();
+    let mut text = format!(
+        "{}: {}, {}, {}; digest {}\n\n",
+        design.name(),
+        counted(design.input_names().len(), "input"),
+        counted(networks, "network"),
+        counted(design.sink().words, "output"),
+        &bundle.digest()[..bundle.digest().len().min(16)],
+    );
+    let mut rows = vec![row![
+        "layer",
+        "size",
+        "activation",
+        "PE x SIMD",
+        "clocks",
+        "inputs",
+        "weights",
+        "outputs",
+        "proved range of the sums"
+    ]];
+    rows.extend(design.perceptron().layers().map(|layer| {
+        let quant = &layer.quant;
+        let (low, high) = quant.proved_range;
+        row![
+            quant.name,
+            format!("{} x {}", quant.inputs(), quant.outputs()),
+            quant.activation.name(),
+            format!("{} x {}", layer.fold.pe, layer.fold.simd),
+            layer.folds(),
+            quant.input,
+            quant.weight_format,
+            quant.output,
+            format!("{} .. {}", significant(low), significant(high))
+        ]
+    }));
+    text.push_str(&columns("lllrrllll", &rows));
+    text.push_str(&format!(
+        "\n  latency {} cycles, one frame every {} cycles\n  {} in the arrays, busy {:.0} %, and \
+         {} in the activations\n  {} a frame, {} bits of ROM\n",
+        design.latency_cycles(),
+        design.interval_cycles(),
+        counted(design.multipliers(), "multiplier"),
+        100.0 * design.mac_utilization(),
+        design.activation_multipliers(),
+        counted(design.macs(), "multiplication"),
+        design.rom_bits(),
+    ));
+    text
+}
+
+/// Words that can't hold all that interval analysis can't rule out.
+pub(crate) fn notes(design: &Design) -> Vec<String> {
+    design.perceptron().layers().filter_map(cut).collect()
+}
+
+fn cut(layer: &Layer) -> Option<String> {
+    let quant = &layer.quant;
+    // A table's argument is clipped where the function is flat: that loses nothing.
+    if quant.table.is_some() {
+        return None;
+    }
+    let (mut low, high) = quant.proved_range;
+    if quant.activation == Activation::Relu {
+        low = low.max(0.0);
+    }
+    let format = quant.output;
+    let (least, most) = (
+        format.to_f64(format.min_code()),
+        format.to_f64(format.max_code()),
+    );
+    // Half a step more still rounds to the last code.
+    let half = format.step() / 2.0;
+    (low < least - half || high >= most + half).then(|| {
+        format!(
+            "{}: words of {format} hold {} .. {}, the proved range is {} .. {}; beyond they \
+             saturate, and the output's flag says so",
+            quant.name,
+            significant(least),
+            significant(most),
+            significant(low),
+            significant(high),
+        )
+    })
+}
+
+/// `40 files, 31 of them in rtl`.
+fn files_in_words(bundle: &Bundle) -> String {
+    let mut directories: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut single = Vec::new();
+    for file in bundle.files() {
+        match file.path.split_once('/') {
+            Some((directory, _)) => *directories.entry(directory).or_default() += 1,
+            None => single.push(file.path.clone()),
+        }
+    }
+    let mut parts: Vec<String> = directories
+        .iter()
+        .map(|(directory, count)| format!("{directory}/ ({count})"))
+        .collect();
+    parts.extend(single);
+    format!(
+        "{}: {}",
+        counted(bundle.files().len(), "file"),
+        parts.join(", ")
+    )
+}

@@ -1,0 +1,169 @@
+//! `hwgen run`
+
+use std::path::PathBuf;
+
+use hwgen_gen::Source;
+use hwgen_spec::network::FloatNet;
+use serde_json::{Map, Value, json};
+
+use super::Outcome;
+use crate::failure::Failure;
+use crate::inference::{self, Inference};
+use crate::layout::{counted, significant};
+use crate::output::Output;
+use crate::table::{Table, outside_box, to_csv, write_whole};
+
+const EXAMPLES: &str = "\
+Columns of the result: `<network>.<output>` in real units; with --raw `<network>.<output>#raw`, the
+codes; `saturated`, 1 if a word inside was saturated; `outside_box`, 1 if an input lies outside of
+the box and was clipped to it. The core's flag m_axis_tuser[0] is either of the two.
+
+The values are those of the untimed model, which `hwgen verify` compares with the hardware.
+With --cycle-accurate the model of every register computes them too, and the cycles are counted.
+Without --out the table goes to standard output and the summary to standard error; with --json the
+object then holds it as `columns` and `rows`.
+
+Examples:
+  hwgen run build/landing --inputs vectors.csv --out result.csv
+  hwgen run build/landing --inputs vectors.csv --raw | head";
+
+/// What `run` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Directory of the bundle
+    #[arg(value_name = "DIR")]
+    pub bundle: PathBuf,
+    /// Raw inputs: a header with the input names in any order, other columns are ignored
+    #[arg(long, value_name = "F.csv")]
+    pub inputs: PathBuf,
+    /// Where the results go [default: standard output]
+    #[arg(long, value_name = "F.csv")]
+    pub out: Option<PathBuf>,
+    /// Add the integer codes of the outputs
+    #[arg(long)]
+    pub raw: bool,
+    /// Step the model of every register, and count the clocks
+    #[arg(long)]
+    pub cycle_accurate: bool,
+}
+
+/// Infers, and prints or writes the results.
+///
+/// # Errors
+/// If bundle or inputs are refused, or the results can't be written.
+pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
+    let source = Source::read(&args.bundle)?;
+    let rows = Table::read(&args.inputs)?.numbers(source.design.input_names())?;
+    let inference = if args.cycle_accurate {
+        inference::cycle_accurate(&source.design, &rows)?
+    } else {
+        inference::untimed(&source.design, &rows)
+    };
+    let outside: Vec<bool> = rows
+        .iter()
+        .map(|row| outside_box(&source.net.inputs, row))
+        .collect();
+    let saturated = inference.answers.iter().filter(|a| a.saturated).count();
+    let outside_count = outside.iter().filter(|o| **o).count();
+
+    let header = header(&source.net, args.raw);
+    let cells = cells(&source, &inference, &outside, args.raw);
+    let mut json = Map::from_iter([
+        ("frames".to_owned(), json!(rows.len())),
+        ("cycles".to_owned(), json!(inference.cycles)),
+        (
+            "inferences_per_second".to_owned(),
+            json!(inference.per_second),
+        ),
+        ("cycle_accurate".to_owned(), json!(args.cycle_accurate)),
+        ("rows_outside_box".to_owned(), json!(outside_count)),
+        ("rows_saturated".to_owned(), json!(saturated)),
+    ]);
+    let text = match &args.out {
+        Some(out) => {
+            let texts = cells.iter().map(|row| row.iter().map(text_of).collect());
+            write_whole(out, &to_csv(&header, texts))?;
+            json.insert("out".into(), json!(out.display().to_string()));
+            String::new()
+        }
+        None => {
+            let texts = cells.iter().map(|row| row.iter().map(text_of).collect());
+            let text = to_csv(&header, texts);
+            json.insert("columns".into(), json!(header));
+            json.insert("rows".into(), json!(cells));
+            text
+        }
+    };
+    let mut summary = vec![format!(
+        "{} in {} cycles{}; this computation made {} inferences a second",
+        counted(rows.len(), "frame"),
+        inference.cycles,
+        if args.cycle_accurate {
+            ", counted in the cycle-accurate model"
+        } else {
+            " of the core"
+        },
+        significant(inference.per_second),
+    )];
+    if outside_count > 0 {
+        summary.push(format!(
+            "note: {outside_count} of {} outside of the input box; their inputs were clipped to it",
+            counted(rows.len(), "row")
+        ));
+    }
+    if saturated > 0 {
+        summary.push(format!(
+            "note: in {saturated} of {} a word inside was saturated",
+            counted(rows.len(), "row")
+        ));
+    }
+    let (text, remarks) = match &args.out {
+        Some(out) => {
+            summary.push(format!("Written to {}.", out.display()));
+            (summary.join("\n") + "\n", Vec::new())
+        }
+        None => (text, summary),
+    };
+    Ok(Outcome {
+        text,
+        json,
+        remarks,
+        failure: None,
+    })
+}
+
+fn header(net: &FloatNet, raw: bool) -> Vec<String> {
+    let mut header = net.output_columns();
+    if raw {
+        let codes: Vec<String> = header.iter().map(|c| format!("{c}#raw")).collect();
+        header.extend(codes);
+    }
+    header.extend(["saturated".to_owned(), "outside_box".to_owned()]);
+    header
+}
+
+fn cells(source: &Source, inference: &Inference, outside: &[bool], raw: bool) -> Vec<Vec<Value>> {
+    inference
+        .answers
+        .iter()
+        .zip(outside)
+        .map(|(answer, outside)| {
+            let values = source.design.net().real_outputs(&answer.codes);
+            let mut row: Vec<Value> = values.into_iter().map(Value::from).collect();
+            if raw {
+                row.extend(answer.codes.iter().map(|code| Value::from(*code)));
+            }
+            row.extend([answer.saturated, *outside].map(|flag| Value::from(u8::from(flag))));
+            row
+        })
+        .collect()
+}
+
+/// A number in plain decimals: those of a double that is read back as the same one.
+fn text_of(value: &Value) -> String {
+    match (value.as_i64(), value.as_f64()) {
+        (None, Some(real)) => real.to_string(),
+        _ => value.to_string(),
+    }
+}

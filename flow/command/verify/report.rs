@@ -1,0 +1,209 @@
+//! The outcome of a check, judged and in words.
+
+use std::fmt::Write;
+
+use hwgen_sim::simulator::Simulator;
+use hwgen_sim::verify::{Cycles, FirstDifference, Report, SimulatorRun, Verdict};
+
+use crate::failure::{Exit, Failure};
+use crate::layout::{columns, counted, row, significant};
+
+/// The last line of a check that found no difference.
+pub(crate) const VERIFIED: &str =
+    "\nverified: model and RTL are equal in every register at every clock.\n";
+
+/// Why a report is no proof, if it isn't: a difference, or something that was not compared.
+pub(crate) fn judge(report: &Report, simulators: &[Simulator]) -> Option<Failure> {
+    if let Some(difference) = &report.first_difference {
+        let message = format!(
+            "{} differs in {} at cycle {} of {}: {} expected, {} found",
+            difference.simulator,
+            difference.signal,
+            difference.cycle,
+            difference.segment,
+            difference.model,
+            difference.rtl,
+        );
+        let mut failure = Failure::new(Exit::Difference, "difference", message);
+        if !difference.files.is_empty() {
+            let files: Vec<String> = difference
+                .files
+                .iter()
+                .map(|f| f.display().to_string())
+                .collect();
+            failure = failure.help(format!("look at {}", files.join(", ")));
+        }
+        return Some(failure);
+    }
+    for (what, cycles) in [
+        ("latency", &report.latency_cycles),
+        ("interval", &report.interval_cycles),
+    ] {
+        if cycles.measured.is_some_and(|m| m != cycles.stated) {
+            let message = format!(
+                "{what}: {} cycles stated, {} measured",
+                cycles.stated,
+                measured(cycles)
+            );
+            return Some(Failure::new(Exit::Difference, "cycles", message));
+        }
+    }
+    if report.runs.iter().any(|r| r.verdict == Verdict::Differs) {
+        let message = "a simulator differs from the model";
+        return Some(Failure::new(Exit::Difference, "difference", message));
+    }
+    let compared = |run: &SimulatorRun| {
+        run.frames > 0 && run.edges > 0 && run.registers > 0 && run.values_compared > 0
+    };
+    let all_ran = simulators.iter().all(|s| {
+        report
+            .runs
+            .iter()
+            .any(|r| r.simulator == s.name() && compared(r))
+    });
+    let counted = report.latency_cycles.measured.is_some();
+    if !all_ran || !counted || simulators.is_empty() {
+        // A check that did not run is not a pass.
+        let message = "the check came to its end without having compared everything";
+        return Some(
+            Failure::new(Exit::Tool, "tool-no-verdict", message)
+                .help("`hwgen doctor` shows whether the simulators work"),
+        );
+    }
+    if !report.verified {
+        let message = "the check found a difference that it does not name";
+        return Some(Failure::new(Exit::Difference, "difference", message));
+    }
+    None
+}
+
+/// The report for people, without the verdict.
+pub(crate) fn text(design: &str, report: &Report) -> String {
+    let mut text = format!("{design}\n\n");
+    let mut rows = vec![row![
+        "simulator",
+        "version",
+        "frames",
+        "clocks",
+        "registers",
+        "values compared",
+        "verdict",
+        "seconds"
+    ]];
+    rows.extend(report.runs.iter().map(|run| {
+        row![
+            run.simulator,
+            run.version,
+            run.frames,
+            run.edges,
+            run.registers,
+            run.values_compared,
+            verdict(run.verdict),
+            format!("{:.1}", run.seconds)
+        ]
+    }));
+    text.push_str(&columns("llrrrrlr", &rows));
+    text.push('\n');
+    text.push_str(&cycle_table(
+        &report.latency_cycles,
+        &report.interval_cycles,
+    ));
+    if !report.error_vs_float.is_empty() {
+        text.push('\n');
+        let mut rows = vec![row!["error against float", "greatest", "rms", "unit"]];
+        rows.extend(
+            report
+                .error_vs_float
+                .iter()
+                .map(|e| row![e.output, significant(e.max), significant(e.rms), e.unit]),
+        );
+        text.push_str(&columns("lrrl", &rows));
+    }
+    if report.rows_outside_box > 0 {
+        let _ = write!(
+            text,
+            "\nnote: {} of the vectors outside of the input box; model and RTL clip the inputs \
+             alike\n",
+            counted(report.rows_outside_box, "row")
+        );
+    }
+    if report.frames_saturated > 0 {
+        let _ = write!(
+            text,
+            "\nnote: a word inside was saturated in {}\n",
+            counted(report.frames_saturated, "frame")
+        );
+    }
+    if let Some(difference) = &report.first_difference {
+        text.push('\n');
+        text.push_str(&in_full(difference));
+    }
+    text
+}
+
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Equal => "equal",
+        Verdict::Differs => "differs",
+    }
+}
+
+/// Latency and interval, as stated and as measured.
+pub(crate) fn cycle_table(latency: &Cycles, interval: &Cycles) -> String {
+    let rows = [
+        row!["cycles", "stated", "measured"],
+        cycles("latency", latency),
+        cycles("interval", interval),
+    ];
+    columns("lrr", &rows)
+}
+
+fn cycles(what: &str, cycles: &Cycles) -> Vec<String> {
+    row![what, cycles.stated, measured(cycles)]
+}
+
+fn measured(cycles: &Cycles) -> String {
+    cycles
+        .measured
+        .map_or_else(|| "-".into(), |m| m.to_string())
+}
+
+fn in_full(difference: &FirstDifference) -> String {
+    let mut rows = vec![
+        row!["first difference", ""],
+        row!["simulator", difference.simulator],
+        row!["stimulus", difference.segment],
+        row!["cycle", difference.cycle],
+        row![
+            "signal",
+            format!("{}, lane {}", difference.signal, difference.lane)
+        ],
+    ];
+    let mut add = |name: &str, value: Option<String>| {
+        rows.extend(value.map(|value| row![name, value]));
+    };
+    add("network", difference.network.clone());
+    add("layer", difference.layer.clone());
+    add("neuron", difference.neuron.map(|n| n.to_string()));
+    add("input", difference.input.map(|n| n.to_string()));
+    let real = |code: String, real: Option<f64>| match real {
+        Some(real) => format!("{code} ({real})"),
+        None => code,
+    };
+    add(
+        "model",
+        Some(real(difference.model.to_string(), difference.model_real)),
+    );
+    add(
+        "rtl",
+        Some(real(difference.rtl.clone(), difference.rtl_real)),
+    );
+    let mut text = columns("ll", &rows);
+    if !difference.window.is_empty() {
+        text.push('\n');
+        for line in &difference.window {
+            let _ = writeln!(text, "    {line}");
+        }
+    }
+    text
+}

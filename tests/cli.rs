@@ -1,0 +1,13 @@
+//! The command line: what is printed where, exit codes, error texts.
+
+#[path = "cli/harness.rs"]
+mod harness;
+
+#[path = "cli/emit.rs"]
+mod emit;
+#[path = "cli/faults.rs"]
+mod faults;
+#[path = "cli/run.rs"]
+mod run;
+#[path = "cli/verify.rs"]
+mod verify;

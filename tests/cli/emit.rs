@@ -1,0 +1,245 @@
+//! `hwgen emit`, `hwgen schema`, usage.
+
+use super::harness::Place;
+
+#[test]
+fn weights_alone_lead_to_a_bundle_in_build() {
+    let place = Place::new();
+    let ran = place.run(&["emit", "--weights", "w.json"]);
+    ran.exits(0);
+    assert_eq!(ran.stderr, "");
+    for text in [
+        "net_l0",
+        "3 x 7",
+        "sigmoid",
+        "Written to build/tiny: ",
+        "Next: hwgen verify build/tiny --random 200\n",
+    ] {
+        assert!(ran.stdout.contains(text), "{text}: {}", ran.stdout);
+    }
+    assert!(place.path("build/tiny/manifest.json").is_file());
+    assert!(place.path("build/tiny/rtl/tiny.v").is_file());
+}
+
+#[test]
+fn the_object_holds_what_a_program_wants() {
+    let place = Place::new();
+    let (ran, json) = place.json(&[
+        "emit",
+        "--weights",
+        "w.json",
+        "--out",
+        "o",
+        "--interval",
+        "8",
+    ]);
+    ran.exits(0);
+    assert_eq!(ran.stdout.lines().count(), 1);
+    assert_eq!(json["command"], "emit");
+    assert_eq!(json["ok"], true);
+    assert_eq!(json["design"], "tiny");
+    assert_eq!(json["out"], "o");
+    assert_eq!(json["macs"], 35);
+    assert!(json["interval_cycles"].as_u64().expect("a number") <= 8);
+    for key in [
+        "latency_cycles",
+        "multipliers",
+        "activation_multipliers",
+        "rom_bits",
+    ] {
+        assert!(json[key].as_u64().expect(key) > 0, "{key}");
+    }
+    assert!(json["mac_utilization"].as_f64().expect("a share") <= 1.0);
+    assert_eq!(json["digest"].as_str().expect("a digest").len(), 64);
+    assert_eq!(json["layers"].as_array().expect("layers").len(), 2);
+    let files = json["files"].as_array().expect("files");
+    for file in files {
+        let path = file["path"].as_str().expect("a path");
+        assert!(place.path("o").join(path).is_file(), "{path}");
+        assert_eq!(file["sha256"].as_str().expect("a digest").len(), 64);
+    }
+    assert!(files.iter().any(|f| f["path"] == "manifest.json"));
+}
+
+#[test]
+fn a_bundle_is_replaced_only_if_that_is_asked_for() {
+    let place = Place::with_bundle();
+    let before = place.read("build/tiny/manifest.json");
+    let arguments = ["emit", "--weights", "w.json", "--weight-bits", "10"];
+    place.run(&arguments).fails(
+        2,
+        "error: build/tiny: a new directory expected, an existing one found\n\
+         help: choose another --out, or replace it with --force\n",
+    );
+    assert_eq!(place.read("build/tiny/manifest.json"), before);
+    place.run(&[&arguments[..], &["--force"]].concat()).exits(0);
+    assert_ne!(place.read("build/tiny/manifest.json"), before);
+    place.write("mine/notes.txt", "not a bundle");
+    let ran = place.run(&["emit", "--weights", "w.json", "--out", "mine", "--force"]);
+    ran.exits(2);
+    assert_eq!(place.read("mine/notes.txt"), "not a bundle");
+}
+
+#[test]
+fn a_file_in_the_way_is_told() {
+    let place = Place::new();
+    place.write("taken", "");
+    let ran = place.run(&["emit", "--weights", "w.json", "--out", "taken/deeper/out"]);
+    ran.exits(2);
+    assert!(ran.stderr.starts_with("error: taken"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("\nhelp: "), "{}", ran.stderr);
+}
+
+#[test]
+fn options_that_cannot_be_met_are_refused() {
+    let place = Place::new();
+    let cases: [(&[&str], &str, &str); 6] = [
+        (
+            &["--interval", "0"],
+            "budget",
+            "interval: at least 1 expected, 0 found",
+        ),
+        (
+            &["--multipliers", "1"],
+            "budget",
+            "multipliers: at least 2 expected, 1 found",
+        ),
+        (
+            &["--weight-bits", "nowhere_l0=12"],
+            "unknown-layer",
+            "option weight-bits: a layer of net_l0, net_l1 expected, `nowhere_l0` found",
+        ),
+        (
+            &["--weight-bits", "2"],
+            "width",
+            "weight-bits: 3 to 24 bits expected, 2 found",
+        ),
+        (
+            &["--output-bits", "99"],
+            "width",
+            "output-bits: 4 to 32 bits expected, 99 found",
+        ),
+        (
+            &["--device", "ecp5-85k"],
+            "unknown-device",
+            "device: one of generic expected, `ecp5-85k` found",
+        ),
+    ];
+    for (options, code, message) in cases {
+        let arguments = [&["emit", "--weights", "w.json"], options].concat();
+        let ran = place.run(&arguments);
+        ran.exits(2);
+        let first = ran.stderr.lines().next();
+        assert_eq!(first, Some(format!("error: {message}").as_str()));
+        assert!(ran.stderr.contains("\nhelp: "), "{}", ran.stderr);
+        let (ran, json) = place.json(&arguments);
+        ran.exits(2);
+        assert_eq!(json["ok"], false);
+        assert_eq!(json["error"]["code"], code);
+        assert_eq!(json["error"]["message"], message);
+        assert!(!place.path("build").exists());
+    }
+}
+
+#[test]
+fn narrow_words_are_noted() {
+    let place = Place::new();
+    // Only the next layer's tanh makes it pointless to hold all of the first one's range.
+    let text = r#"{"format": "hwgen-weights/1", "name": "cut",
+        "inputs": {"min": [-100], "max": [100]}, "networks": [{"name": "n", "layers": [
+        {"activation": "linear", "weights": [[8]]}, {"activation": "tanh", "weights": [[1]]},
+        {"activation": "linear", "weights": [[1]]}]}]}"#;
+    place.write("cut.json", text);
+    let ran = place.run(&["emit", "--weights", "cut.json"]);
+    ran.exits(0);
+    assert!(
+        ran.stdout.contains("\nnote: n_l0: words of "),
+        "{}",
+        ran.stdout
+    );
+    let (_, json) = place.json(&["emit", "--weights", "cut.json", "--force"]);
+    assert_eq!(json["notes"].as_array().expect("notes").len(), 1);
+}
+
+#[test]
+fn usage_errors_are_objects_too() {
+    let place = Place::new();
+    place.run(&["emit"]).exits(2);
+    place.run(&[]).exits(2);
+    place.run(&["emit", "--help"]).exits(0);
+    place.run(&["--version"]).exits(0);
+    let (ran, json) = place.json(&["emit", "--weights", "w.json", "--interval", "many"]);
+    ran.exits(2);
+    assert_eq!(ran.stderr, "");
+    assert_eq!(json["command"], "emit");
+    assert_eq!(json["ok"], false);
+    assert_eq!(json["error"]["code"], "usage");
+    let message = json["error"]["message"].as_str().expect("a message");
+    assert!(
+        message.contains("invalid value 'many' for '--interval"),
+        "{message}"
+    );
+    let both = [
+        "emit",
+        "--weights",
+        "w.json",
+        "--interval",
+        "8",
+        "--multipliers",
+        "9",
+    ];
+    place.run(&both).exits(2);
+}
+
+#[test]
+fn every_command_has_help_with_examples() {
+    let place = Place::new();
+    for command in ["emit", "verify", "run", "doctor", "schema", "demo"] {
+        let ran = place.run(&[command, "--help"]);
+        ran.exits(0);
+        assert!(ran.stdout.contains("Examples:\n  hwgen "), "{command}");
+        assert!(!ran.stdout.contains('\x1b'), "{command}");
+    }
+}
+
+#[test]
+fn the_schema_is_printed() {
+    let place = Place::new();
+    let ran = place.run(&["schema"]);
+    ran.exits(0);
+    assert_eq!(
+        ran.json()["properties"]["format"]["const"],
+        "hwgen-weights/1"
+    );
+    let (_, json) = place.json(&["schema"]);
+    assert_eq!(json["schema"], ran.json());
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_fault() {
+    use std::process::Stdio;
+    let place = Place::new();
+    let mut command = place.command(&["schema"]);
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[test]
+fn a_full_disk_is_one() {
+    let place = Place::new();
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    let Ok(full) = full else { return };
+    let output = place
+        .command(&["schema"])
+        .stdout(full)
+        .output()
+        .expect("runs");
+    assert_eq!(output.status.code(), Some(2));
+}
