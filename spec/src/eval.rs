@@ -4,6 +4,10 @@ use crate::format::{Rounding, Saturated, shift_right};
 use crate::network::Activation;
 use crate::quantize::{InputFormat, QuantLayer, QuantNet};
 
+mod batch;
+
+pub use batch::{Batch, BatchAnswers};
+
 /// What one frame of inputs leads to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
