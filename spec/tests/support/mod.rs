@@ -97,7 +97,7 @@ fn layer(random: &mut Random, inputs: usize, last: bool) -> FloatLayer {
         };
         format.activations = QFormat::new(width, fraction.cast_signed()).ok();
     }
-    let mut number = |random: &mut Random, format: Option<QFormat>, scale: f64| match format {
+    let number = |random: &mut Random, format: Option<QFormat>, scale: f64| match format {
         Some(format) => value(random.integer(format.min_code(), format.max_code()), format),
         None => random.unit() * scale,
     };
@@ -157,7 +157,7 @@ pub fn net(random: &mut Random) -> FloatNet {
         max,
     };
     let mut width = count;
-    let mut layers = |random: &mut Random, least: usize, most: usize, width: &mut usize| {
+    let layers = |random: &mut Random, least: usize, most: usize, width: &mut usize| {
         let count = random.count(least, most);
         (0..count)
             .map(|i| {
