@@ -228,7 +228,7 @@ impl From<BundleError> for Failure {
             BundleError::Design(_) => {
                 let help = error.help();
                 return match error {
-                    BundleError::Design(e) => e.into(),
+                    BundleError::Design(e) => (*e).into(),
                     other => Self::input("bundle", other.to_string()).help(help),
                 };
             }

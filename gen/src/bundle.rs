@@ -39,7 +39,9 @@ pub enum BundleError {
         path: PathBuf,
     },
     /// `--force` was given, but what is there is no bundle.
-    #[error("{path}: a bundle to replace expected, a directory without manifest.json found")]
+    #[error(
+        "{path}: a bundle to replace expected, a directory without a bundle's manifest.json found"
+    )]
     NotABundle {
         /// Where.
         path: PathBuf,
@@ -76,11 +78,11 @@ pub enum BundleError {
         /// The weights file.
         path: PathBuf,
         /// Why not.
-        source: WeightsError,
+        source: Box<WeightsError>,
     },
     /// The weights in the bundle don't make a design.
     #[error(transparent)]
-    Design(#[from] DesignError),
+    Design(Box<DesignError>),
     /// The bundle was made by another version of the tool, or its options were changed.
     #[error(
         "{path}: design digest {expected} expected from its weights and options, {found} found"
@@ -163,7 +165,7 @@ impl Bundle {
             return self.write(out);
         }
         let empty = fs::read_dir(out).map_err(io_error(out))?.next().is_none();
-        if !empty && !out.join("manifest.json").is_file() {
+        if !empty && !is_bundle(out) {
             return Err(BundleError::NotABundle {
                 path: out.to_owned(),
             });
@@ -259,9 +261,10 @@ impl Source {
         let weights = fs::read_to_string(&weights_path).map_err(io_error(&weights_path))?;
         let net = weights::read(weights.as_bytes()).map_err(|source| BundleError::Weights {
             path: weights_path,
-            source,
+            source: Box::new(source),
         })?;
-        let design = Design::new(&net, &read.options)?;
+        let design =
+            Design::new(&net, &read.options).map_err(|e| BundleError::Design(Box::new(e)))?;
         let expected = design_digest(&design, &weights);
         if expected != read.digest {
             return Err(BundleError::Stale {
@@ -276,6 +279,17 @@ impl Source {
             design,
         })
     }
+}
+
+/// Whether there is a manifest of ours, of whatever version: other programs have a
+/// `manifest.json` too.
+fn is_bundle(directory: &Path) -> bool {
+    let family = BUNDLE_FORMAT.split('/').next();
+    fs::read_to_string(directory.join("manifest.json"))
+        .ok()
+        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
+        .and_then(|manifest| Some(manifest.get("format")?.as_str()?.split('/').next() == family))
+        .unwrap_or(false)
 }
 
 fn parent(path: &Path) -> PathBuf {

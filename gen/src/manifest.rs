@@ -129,7 +129,7 @@ pub struct LayerEntry {
     pub sum_bits: u32,
     /// Format of its outputs.
     pub y: String,
-    /// Least and greatest exact output before saturation, over the input box.
+    /// Least and greatest weighted sum with bias over the input box.
     pub proved_range: (f64, f64),
     /// Greatest error of its activation table in output steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]

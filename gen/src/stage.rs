@@ -66,11 +66,10 @@ pub(crate) fn files(design: &Design, stage: &Perceptron, header: &Header) -> Vec
         if let (Some(module), Some(table)) = (
             table_module(header.design, layer),
             layer.quant.table.as_deref(),
-        ) {
-            if !tables.contains(&module) {
-                files.push(rom::segments(&module, table, header));
-                tables.push(module);
-            }
+        ) && !tables.contains(&module)
+        {
+            files.push(rom::segments(&module, table, header));
+            tables.push(module);
         }
     }
     files

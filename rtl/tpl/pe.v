@@ -7,7 +7,7 @@
 // Latency:   @{ latency }@ clocks from operands and weights to sum_o.
 // Overflow:  impossible: @{ sum_width }@ bits hold the sum for every operand word, by interval analysis.
 // Reset:     none.
-// Model:     sim/src/model/array.rs, Pe
+// Model:     sim/src/model/array.rs, Array
 // @{ provenance }@
 `default_nettype none
 

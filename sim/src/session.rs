@@ -249,16 +249,16 @@ impl<'a> Driver<'a> {
             .model
             .output()
             .map(|b| (b.data.to_vec(), b.user, b.last));
-        if let Some(held) = self.held.take() {
-            if beat.as_ref() != Some(&held) {
-                self.differ(
-                    "m_axis_tvalid",
-                    0,
-                    (1, 0),
-                    "a beat changed before it was taken",
-                );
-                return;
-            }
+        if let Some(held) = self.held.take()
+            && beat.as_ref() != Some(&held)
+        {
+            self.differ(
+                "m_axis_tvalid",
+                0,
+                (1, 0),
+                "a beat changed before it was taken",
+            );
+            return;
         }
         let Some((data, user, last)) = beat else {
             return;

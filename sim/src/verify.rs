@@ -475,10 +475,10 @@ fn errors_vs_float(plan: &VerifyPlan<'_>) -> Vec<OutputError> {
     };
     let mut errors: Vec<Vec<f64>> = vec![Vec::new(); plan.net.output_columns().len()];
     for row in rows {
-        let answer = net.evaluate(&design.input().codes(&row));
-        if answer.input_clipped {
+        if design.input().outside(&row) {
             continue;
         }
+        let answer = net.evaluate(&design.input().codes(&row));
         let fixed = net.real_outputs(&answer.codes);
         for ((errors, fixed), float) in errors.iter_mut().zip(fixed).zip(plan.net.forward(&row)) {
             errors.push(fixed - float);
@@ -509,8 +509,7 @@ fn errors_vs_float(plan: &VerifyPlan<'_>) -> Vec<OutputError> {
 
 fn rows_outside_box(plan: &VerifyPlan<'_>) -> usize {
     let input = plan.design.input();
-    let outside = |row: &&Vec<f64>| input.clip(&mut input.codes(row));
-    plan.vectors.iter().filter(outside).count()
+    plan.vectors.iter().filter(|row| input.outside(row)).count()
 }
 
 /// Counts steps and tells what is going on.

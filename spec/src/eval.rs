@@ -4,6 +4,10 @@ use crate::format::{Rounding, Saturated, shift_right};
 use crate::network::Activation;
 use crate::quantize::{InputFormat, QuantLayer, QuantNet};
 
+mod batch;
+
+pub use batch::{Batch, BatchAnswers};
+
 /// What one frame of inputs leads to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
@@ -21,6 +25,21 @@ impl InputFormat {
         raw.iter()
             .map(|v| self.format.quantize(*v, Rounding::HalfUp).code)
             .collect()
+    }
+
+    /// Whether raw inputs lie outside of the box by more than rounding.
+    pub fn outside(&self, raw: &[f64]) -> bool {
+        let mut wide = false;
+        let words = raw
+            .iter()
+            .map(|v| self.format.quantize(*v, Rounding::HalfUp));
+        let mut codes: Vec<i64> = words
+            .map(|word| {
+                wide |= word.clipped;
+                word.code
+            })
+            .collect();
+        self.clip(&mut codes) || wide
     }
 
     /// Clips codes to the box, as the hardware does first; true if one was outside.

@@ -49,7 +49,7 @@ pub fn fold(net: &QuantNet, interval: usize) -> Perceptron {
     }
 }
 
-/// The least interval that `multipliers` allow.
+/// An interval that `multipliers` allow and the one below does not.
 ///
 /// # Errors
 /// The least number of multipliers that any interval needs: one a layer.
@@ -83,6 +83,9 @@ pub fn interval_for(net: &QuantNet, multipliers: u32) -> Result<u32, u32> {
         } else {
             low = middle + 1;
         }
+    }
+    while low > 1 && used(low - 1) <= wanted {
+        low -= 1;
     }
     Ok(low)
 }

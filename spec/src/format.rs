@@ -75,7 +75,8 @@ impl QFormat {
     pub fn holding(width: u32, low: f64, high: f64) -> Result<Self, FormatError> {
         let magnitude = low.abs().max(high.abs());
         // The upper end is one step short of the power of two: try from fine to coarse.
-        let mut integer = if magnitude == 0.0 {
+        // What is next to nothing counts as zero.
+        let mut integer = if magnitude < 1e-250 {
             0
         } else {
             libm::ilogb(magnitude) - 1
@@ -179,28 +180,100 @@ impl QFormat {
         let text = text.trim();
         let value: f64 = text.parse().ok().filter(|v: &f64| v.is_finite())?;
         let shift = 64 - self.fraction;
-        // The wide fixed-point type reads the decimal digits themselves, so there is no second
-        // rounding through a double; what it cannot hold is beyond any input word anyway.
+        // The wide fixed-point type reads the decimal digits themselves and rounds them to its
+        // last bit, which decides nothing but whether the number is above or below a tie.
         match I64F64::from_str(text) {
             Ok(wide) if (1..=100).contains(&shift) => {
-                let code = shift_right_i128(wide.to_bits(), shift.unsigned_abs(), Rounding::HalfUp);
-                Some(i64::try_from(code).map_or_else(
-                    |_| self.quantize(value, Rounding::HalfUp),
-                    |code| self.saturate(code),
-                ))
+                let (bits, shift) = (wide.to_bits(), shift.unsigned_abs());
+                if bits & ((1i128 << shift) - 1) != 1i128 << (shift - 1) {
+                    let code = shift_right_i128(bits, shift, Rounding::HalfUp);
+                    // Between the ties even a code beyond 63 bits is beyond on the same side.
+                    return Some(i64::try_from(code).map_or_else(
+                        |_| self.quantize(value, Rounding::HalfUp),
+                        |code| self.saturate(code),
+                    ));
+                }
             }
-            _ => Some(self.quantize(value, Rounding::HalfUp)),
+            _ => {}
         }
+        Some(self.round_digits(text, value))
+    }
+
+    /// Rounds the decimal number `text`, a finite double `value` apart from its rounding, by
+    /// doubling or halving its digits.
+    fn round_digits(self, text: &str, value: f64) -> Saturated {
+        let (number, exponent) = match text.split_once(['e', 'E']) {
+            Some((number, exponent)) => (number, exponent.parse().unwrap_or(0)),
+            None => (text, 0i64),
+        };
+        let number = number.trim_start_matches(['+', '-']);
+        let (whole, part) = number.split_once('.').unwrap_or((number, ""));
+        let mut digits: Vec<u8> = whole
+            .bytes()
+            .chain(part.bytes())
+            .map(|b| b - b'0')
+            .collect();
+        // Digits before the point. A double that isn't zero has it near.
+        let mut point = i64::try_from(whole.len())
+            .unwrap_or(i64::MAX)
+            .saturating_add(exponent);
+        if value == 0.0 || digits.iter().all(|d| *d == 0) {
+            return self.saturate(0);
+        }
+        while point > i64::try_from(digits.len()).unwrap_or(i64::MAX) {
+            digits.push(0);
+        }
+        while point < 1 {
+            digits.insert(0, 0);
+            point += 1;
+        }
+        let mut point = usize::try_from(point).expect("1 or more");
+        // Twice the code, so that its lowest bit tells of a half.
+        for _ in 0..self.fraction + 1 {
+            let mut carry = 0;
+            for digit in digits.iter_mut().rev() {
+                let doubled = 2 * *digit + carry;
+                (*digit, carry) = (doubled % 10, doubled / 10);
+            }
+            if carry > 0 {
+                digits.insert(0, carry);
+                point += 1;
+            }
+        }
+        for _ in self.fraction + 1..0 {
+            let mut rest = 0;
+            for digit in &mut digits {
+                let value = 10 * rest + *digit;
+                (*digit, rest) = (value / 2, value % 2);
+            }
+            if rest > 0 {
+                digits.push(5);
+            }
+        }
+        let (whole, part) = digits.split_at(point);
+        let twice = whole.iter().fold(0i64, |sum, digit| {
+            sum.saturating_mul(10).saturating_add(i64::from(*digit))
+        });
+        let exact = part.iter().all(|d| *d == 0);
+        self.saturate(if value > 0.0 {
+            (twice >> 1) + (twice & 1)
+        } else if exact {
+            -(twice >> 1)
+        } else {
+            -((twice >> 1) + (twice & 1))
+        })
     }
 }
 
 /// `value / 2^shift`, rounded.
 #[inline]
 pub fn shift_right(value: i64, shift: u32, rounding: Rounding) -> i64 {
-    match (rounding, shift) {
-        (_, 0) => value,
-        (Rounding::Floor, _) => value >> shift.min(63),
-        (Rounding::HalfUp, _) => (value + half(shift)) >> shift.min(63),
+    let floor = value >> shift.min(63);
+    // The bit below the result: beyond the word it is the sign.
+    let half_bit = |shift: u32| value >> (shift - 1).min(63) & 1;
+    match rounding {
+        Rounding::HalfUp if shift > 0 => floor + half_bit(shift),
+        Rounding::HalfUp | Rounding::Floor => floor,
     }
 }
 
@@ -213,9 +286,14 @@ fn shift_right_i128(value: i128, shift: u32, rounding: Rounding) -> i128 {
 }
 
 /// Half of `2^shift`: what is added before `shift` bits are dropped to round half up.
+///
+/// Beyond 63 places it stays at `2^62`, more than any word of [`MAX_WIDTH`] bits.
 #[inline]
 pub fn half(shift: u32) -> i64 {
-    if shift == 0 { 0 } else { 1i64 << (shift - 1) }
+    match shift {
+        0 => 0,
+        _ => 1i64 << (shift - 1).min(62),
+    }
 }
 
 /// Bits of the narrowest signed word that holds every integer of `[low, high]`.

@@ -137,7 +137,8 @@ pub struct QuantLayer {
     pub sum_width: u32,
     /// Bits that hold every sum with bias.
     pub biased_width: u32,
-    /// Range of the exact output before saturation, over the input box, in real units.
+    /// Range of the weighted sums with bias over the input box, in real units: what reaches the
+    /// activation.
     pub proved_range: (f64, f64),
 }
 

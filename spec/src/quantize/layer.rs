@@ -237,14 +237,18 @@ impl Quantizer<'_> {
                     low
                 };
                 let high = high.max(low);
-                let (low, high) = match relevant_magnitude(consumers) {
-                    Some(limit) => (low.max(-limit), high.min(limit * (1.0 - 1e-6))),
-                    None => (low, high),
-                };
                 let default = if consumers.is_empty() {
                     self.options.output_bits.unwrap_or(DEFAULT_OUTPUT_BITS)
                 } else {
                     asked.unwrap_or(DEFAULT_UNBOUNDED_BITS)
+                };
+                let (low, high) = match relevant_magnitude(consumers) {
+                    // The greatest code is one step short of the power of two.
+                    Some(limit) => {
+                        let step = libm::ldexp(limit, 1 - default.cast_signed());
+                        (low.max(-limit), high.min(limit - step))
+                    }
+                    None => (low, high),
                 };
                 let derived = QFormat::holding(default, low, high).map_err(too_wide)?;
                 let output = given.unwrap_or(derived);

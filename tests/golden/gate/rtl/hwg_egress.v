@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// hwg_egress: whole frames to AXI4-Stream beats.
+//
+// Function:  word w leaves in beat w / BEAT_WORDS, lane w % BEAT_WORDS; lanes beyond the last word are
+//            zero. TLAST marks the last beat, TUSER = {error, saturated} holds for the whole frame.
+// Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks.
+// Reset:     drops the frame that is being sent.
+// Model:     sim/src/model/stream.rs, Egress
+`default_nettype none
+
+module hwg_egress #(
+  parameter integer WORDS      = 4,  // words of a frame, 1 or more
+  parameter integer BEAT_WORDS = 1,  // words of a beat, 1 to WORDS
+  parameter integer LANE_WIDTH = 16  // bits of a word and its lane
+) (
+  input  wire                             clk_i,
+  input  wire                             rst_ni,
+  input  wire                             frame_valid_i,
+  output wire                             frame_ready_o,
+  input  wire [WORDS*LANE_WIDTH-1:0]      frame_i,
+  input  wire                             saturated_i,
+  input  wire                             error_i,
+  output wire                             tvalid_o,
+  input  wire                             tready_i,
+  output wire                             tlast_o,
+  output wire [1:0]                       tuser_o,
+  output wire [BEAT_WORDS*LANE_WIDTH-1:0] tdata_o
+);
+  localparam integer BEATS      = (WORDS + BEAT_WORDS - 1) / BEAT_WORDS;
+  localparam integer SLOTS      = BEATS * BEAT_WORDS;
+  localparam integer LEFT_WIDTH = $clog2(BEATS + 1);
+  localparam integer ONE        = 1;
+
+  reg [SLOTS*LANE_WIDTH-1:0] slot_q = {SLOTS*LANE_WIDTH{1'b0}};
+  reg [LEFT_WIDTH-1:0]       left_q = {LEFT_WIDTH{1'b0}};  // beats still to send
+  reg [1:0]                  user_q = 2'b0;
+
+  wire beat_valid = left_q != {LEFT_WIDTH{1'b0}};
+  wire beat_last  = left_q == ONE[LEFT_WIDTH-1:0];
+  wire beat_ready;
+  wire ready      = ~beat_valid | (beat_last & beat_ready);
+  wire load       = frame_valid_i & ready;
+
+  always @(posedge clk_i) begin
+    if (!rst_ni)                      left_q <= {LEFT_WIDTH{1'b0}};
+    else if (load)                    left_q <= BEATS[LEFT_WIDTH-1:0];
+    else if (beat_valid & beat_ready) left_q <= left_q - 1'b1;
+  end
+
+  integer i;
+  always @(posedge clk_i) begin
+    if (load) begin
+      user_q <= {error_i, saturated_i};
+      for (i = 0; i < SLOTS; i = i + 1)
+        if (i < WORDS) slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= frame_i[(i % WORDS)*LANE_WIDTH +: LANE_WIDTH];
+        else           slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= {LANE_WIDTH{1'b0}};
+    end else if (beat_valid & beat_ready) begin
+      for (i = 0; i < SLOTS - BEAT_WORDS; i = i + 1)
+        slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= slot_q[(i+BEAT_WORDS)*LANE_WIDTH +: LANE_WIDTH];
+    end
+  end
+
+  hwg_fifo #(
+    .WIDTH(3 + BEAT_WORDS*LANE_WIDTH),
+    .DEPTH(2)
+  ) u_slice (
+    .clk_i  (clk_i),
+    .rst_ni (rst_ni),
+    .valid_i(beat_valid),
+    .ready_o(beat_ready),
+    .data_i ({beat_last, user_q, slot_q[0 +: BEAT_WORDS*LANE_WIDTH]}),
+    .valid_o(tvalid_o),
+    .ready_i(tready_i),
+    .data_o ({tlast_o, tuser_o, tdata_o})
+  );
+
+  assign frame_ready_o = ready;
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// hwg_admit: lets frames into a stage that has no back-pressure inside.
+//
+// Function:  a frame starts when INTERVAL clocks have passed since the one before and fewer than
+//            CREDITS are under way. release_i says that one has left.
+// Latency:   start_o in the clock in which the frame is offered, if it may start.
+// Overflow:  impossible: the stage's FIFOs hold CREDITS frames.
+// Reset:     all credits are there, the next frame may start at once.
+// Model:     sim/src/model/stream.rs, Admit
+`default_nettype none
+
+module hwg_admit #(
+  parameter integer INTERVAL = 4,  // clocks, 1 or more
+  parameter integer CREDITS  = 2   // frames, 1 or more
+) (
+  input  wire clk_i,
+  input  wire rst_ni,
+  input  wire frame_valid_i,
+  output wire frame_ready_o,
+  output wire start_o,
+  input  wire release_i
+);
+  localparam integer GAP          = INTERVAL - 1;
+  localparam integer GAP_WIDTH    = $clog2(INTERVAL + 1);
+  localparam integer CREDIT_WIDTH = $clog2(CREDITS + 1);
+
+  reg [GAP_WIDTH-1:0]    gap_q    = {GAP_WIDTH{1'b0}};            // clocks still to wait
+  reg [CREDIT_WIDTH-1:0] credit_q = {CREDIT_WIDTH{1'b0}};
+  reg                    ready_q  = 1'b0;
+
+  wire start = frame_valid_i & ready_q;
+  wire [GAP_WIDTH-1:0] gap_d = start                        ? GAP[GAP_WIDTH-1:0] :
+                               gap_q != {GAP_WIDTH{1'b0}}   ? gap_q - 1'b1 : gap_q;
+  wire [CREDIT_WIDTH-1:0] credit_d = start & ~release_i ? credit_q - 1'b1 :
+                                     release_i & ~start ? credit_q + 1'b1 : credit_q;
+
+  always @(posedge clk_i) begin
+    if (!rst_ni) begin
+      gap_q    <= {GAP_WIDTH{1'b0}};
+      credit_q <= CREDITS[CREDIT_WIDTH-1:0];
+      ready_q  <= 1'b0;
+    end else begin
+      gap_q    <= gap_d;
+      credit_q <= credit_d;
+      ready_q  <= gap_d == {GAP_WIDTH{1'b0}} && credit_d != {CREDIT_WIDTH{1'b0}};
+    end
+  end
+
+  assign frame_ready_o = ready_q;
+  assign start_o       = start;
+endmodule
+
+`default_nettype wire

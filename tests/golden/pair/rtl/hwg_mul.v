@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// hwg_mul: signed multiplier, the leaf that a device family may replace by its DSP block.
+//
+// Function:  p_o = a_i * b_i, exact.
+// Latency:   2 clocks, one product a clock: operands and product are registered, as in a DSP block.
+// Overflow:  impossible: the product has A_WIDTH + B_WIDTH bits.
+// Reset:     none.
+// Model:     sim/src/model/array.rs, Pe
+`default_nettype none
+
+module hwg_mul #(
+  parameter integer A_WIDTH = 8,
+  parameter integer B_WIDTH = 8
+) (
+  input  wire                              clk_i,
+  input  wire signed [A_WIDTH-1:0]         a_i,
+  input  wire signed [B_WIDTH-1:0]         b_i,
+  output wire signed [A_WIDTH+B_WIDTH-1:0] p_o
+);
+  reg signed [A_WIDTH-1:0]         a_q = {A_WIDTH{1'b0}};
+  reg signed [B_WIDTH-1:0]         b_q = {B_WIDTH{1'b0}};
+  reg signed [A_WIDTH+B_WIDTH-1:0] p_q = {(A_WIDTH+B_WIDTH){1'b0}};
+
+  always @(posedge clk_i) begin
+    a_q <= a_i;
+    b_q <= b_i;
+    p_q <= a_q * b_q;
+  end
+
+  assign p_o = p_q;
+endmodule
+
+`default_nettype wire
