@@ -70,7 +70,7 @@ struct CoreContext<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "clock.sdc", syntax = "verilog")]
+#[template(path = "generic/clock.sdc", syntax = "verilog")]
 struct ClockContext<'a> {
     module: &'a str,
 }

@@ -5,6 +5,9 @@ use hwgen_spec::format::QFormat;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// Clocks of continuous flow that one segment takes, about.
+const PIECE_CLOCKS: usize = 8192;
+
 /// One input frame as it is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
@@ -79,10 +82,16 @@ pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64)
         .map(|row| whole(design, design.input().codes(row), &mut rng))
         .collect();
     let mut segments = Vec::new();
+    // Long runs are cut into pieces whose dumps stay small.
+    let piece = (PIECE_CLOCKS / design.interval_cycles()).clamp(16, 1024);
     let mut push = |class: &str, flow: Flow, frames: &[Frame]| {
-        if !frames.is_empty() {
+        let pieces = frames.len().div_ceil(piece);
+        for (number, frames) in frames.chunks(piece).enumerate() {
             let seed = rng.random();
-            let name = format!("{class} x {}", flow.name());
+            let mut name = format!("{class} x {}", flow.name());
+            if pieces > 1 {
+                name.push_str(&format!(" {} of {pieces}", number + 1));
+            }
             segments.push(Segment {
                 name,
                 flow,

@@ -95,7 +95,7 @@ pub struct SimulatorRun {
     pub values_compared: u64,
     /// Equal or not.
     pub verdict: Verdict,
-    /// Seconds of building and replaying.
+    /// Seconds of building and replaying, replays that ran side by side added up.
     pub seconds: f64,
 }
 
@@ -288,7 +288,7 @@ impl Case<'_> {
         format!(
             "{:02}-{}",
             self.number,
-            self.segment.name.replace(" x ", "-")
+            self.segment.name.replace(" x ", "-").replace(' ', "-")
         )
     }
 

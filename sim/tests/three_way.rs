@@ -86,7 +86,7 @@ fn icarus_equals_the_recording_in_both_formats() {
     for dump in ["icarus.vcd", "icarus.fst"] {
         assert_equal(&simulate(&built, directory.path(), dump, 0));
     }
-    for file in ["icarus-build", "icarus-replay"] {
+    for file in ["icarus-build", "icarus"] {
         let record = directory.path().join(format!("{file}.run.json"));
         let text = std::fs::read_to_string(record).expect("a record of the run");
         assert!(text.contains("\"status\": \"exit status: 0\""), "{text}");

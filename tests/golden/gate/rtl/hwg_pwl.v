@@ -10,7 +10,7 @@
 // Latency:   6 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock.
 // Overflow:  impossible: the table's values stay below 2^FRACTION (checked for every code).
 // Reset:     none.
-// Model:     sim/src/model/array.rs, Pwl
+// Model:     sim/src/model/finish.rs, Pwl
 `default_nettype none
 
 module hwg_pwl #(

@@ -6,7 +6,7 @@
 // Latency:   1 clock.
 // Overflow:  the generator proves that SUM_WIDTH bits hold every partial sum (docs/numerics.md).
 // Reset:     none: first_i clears.
-// Model:     sim/src/model/array.rs, Pe
+// Model:     sim/src/model/array.rs, Array
 `default_nettype none
 
 module hwg_accumulator #(

@@ -5,7 +5,7 @@
 //            is clipped to low_i[w] .. high_i[w]. Missing words take the value low_i, words beyond
 //            the last are dropped; either raises error_o and leaves the next frame alone.
 // Format:    lanes are sign-extended words; words are signed and WIDTH bits wide.
-// Latency:   the frame is offered 2 clocks after its last beat was taken; a frame every BEATS clocks.
+// Latency:   the frame is offered 1 clock after its last beat was taken; a frame every BEATS clocks.
 // Overflow:  clipped_o tells that a word was outside of its bounds.
 // Reset:     drops the frame that is being gathered.
 // Model:     sim/src/model/stream.rs, Ingress
