@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use hwgen_sim::model::{Model, Pins};
+use hwgen_sim::record::Recording;
 use hwgen_spec::design::Design;
 use hwgen_spec::eval::Answer;
 
@@ -22,10 +23,8 @@ pub struct Inference {
 /// Computes the answers with the untimed model; cycles are what the core is said to take.
 pub fn untimed(design: &Design, rows: &[Vec<f64>]) -> Inference {
     let start = Instant::now();
-    let answers: Vec<Answer> = rows
-        .iter()
-        .map(|row| design.net().evaluate(&design.input().codes(row)))
-        .collect();
+    let codes: Vec<Vec<i64>> = rows.iter().map(|row| design.input().codes(row)).collect();
+    let answers = design.net().evaluate_batch(&codes);
     Inference {
         per_second: rate(rows.len(), start),
         answers,
@@ -41,22 +40,36 @@ pub fn stated_cycles(design: &Design, frames: usize) -> usize {
     }
 }
 
-/// Feeds the frames to the cycle-accurate model in continuous flow and counts the clocks.
+/// Feeds the frames to the cycle-accurate model in continuous flow and counts the clocks;
+/// `trace` takes every register after every clock.
 ///
 /// # Errors
 /// If the model's words differ from the untimed ones, or it gives too few of them.
-pub fn cycle_accurate(design: &Design, rows: &[Vec<f64>]) -> Result<Inference, Failure> {
+pub fn cycle_accurate(
+    design: &Design,
+    rows: &[Vec<f64>],
+    mut trace: Option<&mut Recording>,
+) -> Result<Inference, Failure> {
     let answers = untimed(design, rows).answers;
     let start = Instant::now();
     let (source, sink) = (design.source(), design.sink());
     let mut frames = rows.iter();
     let mut beats: Vec<Vec<i64>> = Vec::new();
     let mut core = Model::new(design);
+    let mut row = Vec::new();
+    let mut step = |core: &mut Model, pins: &Pins| {
+        core.step(pins);
+        if let Some(trace) = &mut trace {
+            row.clear();
+            core.values(&mut row);
+            trace.push(&row);
+        }
+    };
     let mut pins = Pins::idle(design);
     // The reset hands out the credits; with the clock after it the core is ready.
     for reset_n in [false, true] {
         pins.reset_n = reset_n;
-        core.step(&pins);
+        step(&mut core, &pins);
     }
 
     let wanted = rows.len() * sink.beats();
@@ -90,7 +103,7 @@ pub fn cycle_accurate(design: &Design, rows: &[Vec<f64>]) -> Result<Inference, F
             taken_first.get_or_insert(clock);
             beats.pop();
         }
-        core.step(&pins);
+        step(&mut core, &pins);
         clock += 1;
     }
     let expected = || answers.iter().flat_map(|a| &a.codes);

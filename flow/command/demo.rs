@@ -135,8 +135,8 @@ fn without_simulator(
     missing: Vec<(Simulator, ToolError)>,
 ) -> Result<Outcome, Failure> {
     let frames = &vectors[..vectors.len().min(RANDOM_FRAMES)];
-    let one = inference::cycle_accurate(design, &frames[..1])?;
-    let all = inference::cycle_accurate(design, frames)?;
+    let one = inference::cycle_accurate(design, &frames[..1], None)?;
+    let all = inference::cycle_accurate(design, frames, None)?;
     let cycles = |stated, measured| Cycles {
         stated,
         measured: Some(measured),

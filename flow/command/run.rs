@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use hwgen_gen::Source;
+use hwgen_sim::model::Model;
+use hwgen_sim::record::Recording;
+use hwgen_sim::vcd;
 use hwgen_spec::network::FloatNet;
 use serde_json::{Map, Value, json};
 
@@ -19,13 +22,15 @@ codes; `saturated`, 1 if a word inside was saturated; `outside_box`, 1 if an inp
 the box and was clipped to it. The core's flag m_axis_tuser[0] is either of the two.
 
 The values are those of the untimed model, which `hwgen verify` compares with the hardware.
-With --cycle-accurate the model of every register computes them too, and the cycles are counted.
+With --cycle-accurate the model of every register computes them too, and the cycles are counted;
+--vcd writes what the registers held, some 40 KB a clock for the landing design.
 Without --out the table goes to standard output and the summary to standard error; with --json the
 object then holds it as `columns` and `rows`.
 
 Examples:
   hwgen run build/landing --inputs vectors.csv --out result.csv
-  hwgen run build/landing --inputs vectors.csv --raw | head";
+  hwgen run build/landing --inputs vectors.csv --raw | head
+  hwgen run build/landing --inputs few.csv --cycle-accurate --vcd core.vcd";
 
 /// What `run` takes.
 #[derive(Debug, clap::Args)]
@@ -46,6 +51,9 @@ pub struct Args {
     /// Step the model of every register, and count the clocks
     #[arg(long)]
     pub cycle_accurate: bool,
+    /// Write every register after every clock as VCD, as the simulators' dumps name them
+    #[arg(long, value_name = "F.vcd", requires = "cycle_accurate")]
+    pub vcd: Option<PathBuf>,
 }
 
 /// Infers, and prints or writes the results.
@@ -56,7 +64,17 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
     let source = Source::read(&args.bundle)?;
     let rows = Table::read(&args.inputs)?.numbers(source.design.input_names())?;
     let inference = if args.cycle_accurate {
-        inference::cycle_accurate(&source.design, &rows)?
+        let mut trace = args.vcd.as_ref().map(|_| {
+            let registers = Model::new(&source.design).registers();
+            Recording::new(registers)
+        });
+        let inference = inference::cycle_accurate(&source.design, &rows, trace.as_mut())?;
+        if let (Some(out), Some(trace)) = (&args.vcd, &trace) {
+            let mut text = Vec::new();
+            vcd::write(trace, source.design.name(), &mut text).map_err(|e| Failure::io(out, &e))?;
+            write_whole(out, &String::from_utf8_lossy(&text))?;
+        }
+        inference
     } else {
         inference::untimed(&source.design, &rows)
     };
