@@ -162,7 +162,7 @@ pub struct Report {
     pub error_vs_float: Vec<OutputError>,
     /// Rows of the vectors file that lie outside of the box.
     pub rows_outside_box: usize,
-    /// Frames in which a word inside was saturated.
+    /// Frames with an input outside of the box or a word inside saturated, whatever their class.
     pub frames_saturated: usize,
     /// The first difference, if there is one.
     pub first_difference: Option<FirstDifference>,

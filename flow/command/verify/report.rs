@@ -130,7 +130,7 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
     if report.frames_saturated > 0 {
         let _ = write!(
             text,
-            "\nnote: a word inside was saturated in {}\n",
+            "\nnote: {} raised the flag for a clipped input or word, as corners and random points of the box may\n",
             counted(report.frames_saturated, "frame")
         );
     }
