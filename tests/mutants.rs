@@ -15,7 +15,7 @@ use hwgen_sim::simulator::Simulator;
 use hwgen_sim::stimulus::segments;
 use hwgen_sim::verify::FirstDifference;
 use hwgen_spec::design::{Design, Feed, Layer, bias_rom_width};
-use hwgen_spec::format::QFormat;
+use hwgen_spec::format::{QFormat, Rounding};
 use hwgen_spec::network::{
     Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
 };
@@ -65,6 +65,21 @@ fn layer(
     }
 }
 
+/// Rounds what a format is fixed for.
+fn to_format(layer: &mut FloatLayer) {
+    let round = |format: Option<QFormat>, v: &mut f64| {
+        if let Some(format) = format {
+            *v = format.to_f64(format.quantize(*v, Rounding::HalfUp).code);
+        }
+    };
+    let format = layer.format;
+    layer
+        .weights
+        .iter_mut()
+        .for_each(|w| round(format.weights, w));
+    layer.bias.iter_mut().for_each(|b| round(format.bias, b));
+}
+
 /// Small, and with every feature that the array has.
 ///
 /// Some words are cut short by a format, so that saturation is reached inside the box, and one
@@ -98,8 +113,11 @@ fn fixture() -> (FloatNet, Options) {
     // Biases finer than products, and weights that the trainer fixed.
     let mut sigmoid = layer(Activation::Sigmoid, 4, 6, |_, _| None);
     sigmoid.format.bias = QFormat::new(20, 18).ok();
+    to_format(&mut sigmoid);
     let mut relu = layer(Activation::Relu, 2, 4, |_, _| None);
     relu.format.weights = QFormat::new(8, 6).ok();
+    relu.format.bias = QFormat::new(10, 8).ok();
+    to_format(&mut relu);
     let outputs = |count: usize, scale: f64| Outputs {
         names: (0..count).map(|o| format!("out{o}")).collect(),
         unit: "m".into(),
@@ -239,7 +257,7 @@ const MUTANTS: &[Mutant] = &[
         name: "ties to even",
         file: "rtl/hwg_requant.v",
         find: "value    = all_bits[BIASED_WIDTH-1:SHIFT];",
-        replace: "value    = {all_bits[BIASED_WIDTH-1:SHIFT+1], all_bits[SHIFT] & (|all_bits[SHIFT-1:0])};",
+        replace: "value    = all_bits[BIASED_WIDTH-1:SHIFT] & ~{{(VALUE_WIDTH-1){1'b0}}, SHIFT > 0 && all_bits << (BIASED_WIDTH - SHIFT) == {BIASED_WIDTH{1'b0}}};",
         signal: "",
     },
     Mutant {
@@ -448,8 +466,8 @@ const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "TREADY stuck high",
         file: "rtl/hwg_ingress.v",
-        find: ".ready_o(tready_o),",
-        replace: ".ready_o(),",
+        find: "  assign frame_valid_o = full_q;",
+        replace: "  assign (supply1, supply0) tready_o = 1'b1;\n  assign frame_valid_o = full_q;",
         signal: "",
     },
     Mutant {
@@ -665,7 +683,7 @@ const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "answer without its sign",
         file: "rtl/mutant_mlp.v",
-        find: "b_answer[i*16+15]",
+        find: "a_answer[i*16+15]",
         replace: "1'b0",
         signal: "",
     },
@@ -684,7 +702,7 @@ const MUTANTS: &[Mutant] = &[
         signal: "",
     },
     Mutant {
-        name: "m_axis_tuser stuck at the pins",
+        name: "m_axis_tuser not connected",
         file: "rtl/mutant.v",
         find: ".tuser_o      (m_axis_tuser)",
         replace: ".tuser_o      ()",
@@ -833,7 +851,11 @@ fn the_fixture_has_what_mutants_need() {
         "fixed words",
         "_out",
     ] {
-        assert!(axes.contains(axis), "{axis}: {axes:?} {:#?}", design.perceptron());
+        assert!(
+            axes.contains(axis),
+            "{axis}: {axes:?} {:#?}",
+            design.perceptron()
+        );
     }
 }
 
@@ -863,7 +885,10 @@ fn every_mutant_is_found() {
             "@ {}\t{}\t{}",
             mutant.name,
             found.as_ref().map_or("-", |f| &f.signal),
-            found.as_ref().map_or(String::new(), |f| format!("{} {} {} {}", f.segment, f.cycle, f.model, f.rtl)),
+            found.as_ref().map_or(String::new(), |f| format!(
+                "{} {} {} {}",
+                f.segment, f.cycle, f.model, f.rtl
+            )),
         );
         match found {
             Some(found) if !report.verified && found.signal == mutant.signal => None,
@@ -896,7 +921,11 @@ fn a_weight_bit_is_named_by_layer_neuron_input_and_cycle() {
         let simd = input % layer.fold.simd;
         let bits = layer.quant.weight_format.width();
         let bit = u32::try_from(simd).expect("small") * bits + 2;
-        flip(&bundle.join(format!("rtl/mutant_{name}_w{pe}.v")), address, bit);
+        flip(
+            &bundle.join(format!("rtl/mutant_{name}_w{pe}.v")),
+            address,
+            bit,
+        );
 
         let found = first_difference(&bundle, &source, name);
         let feed = match layer.feed {
@@ -904,20 +933,30 @@ fn a_weight_bit_is_named_by_layer_neuron_input_and_cycle() {
             Feed::Direct => "u_beats",
         };
         let counter = format!("u_mlp.u_{name}.{feed}.address_q");
-        assert_eq!(found.signal, format!("mutant.u_mlp.u_{name}.u_w{pe}.data_q"));
+        assert_eq!(
+            found.signal,
+            format!("mutant.u_mlp.u_{name}.u_w{pe}.data_q")
+        );
         assert_eq!(found.simulator, "icarus");
         assert_eq!(found.segment, "corners x continuous");
         assert_eq!(found.cycle, first_read(design, &counter, address), "{name}");
         assert_eq!(found.network.as_deref(), Some(layer.quant.network.as_str()));
         assert_eq!(found.layer.as_ref(), Some(name));
-        assert_eq!((found.neuron, found.input), (Some(neuron), Some(input)), "{name}");
+        assert_eq!(
+            (found.neuron, found.input),
+            (Some(neuron), Some(input)),
+            "{name}"
+        );
         assert_eq!(found.lane, simd);
         let weight = layer.quant.weights[neuron][input];
         assert_eq!(found.model, weight, "{name}");
         assert_eq!(found.rtl, (weight ^ 4).to_string(), "{name}");
-        let fraction = layer.quant.weight_format.fraction()
-            + layer.quant.extra_shift[neuron].cast_signed();
-        assert_eq!(found.model_real, Some((weight as f64) * 2f64.powi(-fraction)));
+        let fraction =
+            layer.quant.weight_format.fraction() + layer.quant.extra_shift[neuron].cast_signed();
+        assert_eq!(
+            found.model_real,
+            Some((weight as f64) * 2f64.powi(-fraction))
+        );
         the_files_are_there(&found);
         the_window_is_right(&found);
     });
@@ -937,7 +976,10 @@ fn the_files_are_there(found: &FirstDifference) {
     let dump = dump.file_name().expect("a name").to_string_lossy();
     assert!(save.contains(&*dump), "{save}");
     let path = found.signal.split_once('.').expect("a path").1;
-    assert!(save.contains(&format!("mutant_tb_icarus.u_tb.u_dut.{path}")), "{save}");
+    assert!(
+        save.contains(&format!("mutant_tb_icarus.u_tb.u_dut.{path}")),
+        "{save}"
+    );
     // The marker stands on the rising edge.
     let marker = 5_000 + 10_000 * found.cycle;
     assert!(save.contains(&format!(" {marker} ")), "{save}");
@@ -1007,7 +1049,11 @@ fn a_bias_bit_a_shift_bit_and_a_missing_half_are_named() {
         let found = first_difference(&bundle, &source, &what);
         let counter = format!("u_mlp.u_{name}.u_requant.beat_q");
         assert_eq!(found.signal, format!("mutant.u_mlp.u_{name}.u_bias.data_q"));
-        assert_eq!(found.cycle, first_read(&design, &counter, address), "{what}");
+        assert_eq!(
+            found.cycle,
+            first_read(&design, &counter, address),
+            "{what}"
+        );
         assert_eq!(found.layer.as_deref(), Some(*name));
         assert_eq!(found.neuron, Some(*neuron), "{what}");
         the_window_is_right(&found);
@@ -1023,7 +1069,10 @@ fn a_bit_of_a_segment_is_named() {
     let rom = format!("rtl/mutant_tanh{}.v", table.fraction());
     flip(&bundle.join(rom), 2, 0);
     let found = first_difference(&bundle, &source, "segment");
-    assert_eq!(found.signal, "mutant.u_mlp.u_a_l0.g_act[0].u_segments.data_q");
+    assert_eq!(
+        found.signal,
+        "mutant.u_mlp.u_a_l0.g_act[0].u_segments.data_q"
+    );
     assert_eq!(found.layer.as_deref(), Some("a_l0"));
     assert!(found.neuron.is_some());
     the_window_is_right(&found);
@@ -1059,7 +1108,14 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     let old = hwgen_gen::sha256(&fs::read_to_string(&rom).expect("a ROM"));
     flip(&rom, clock, 16 * input + 9);
     let new = hwgen_gen::sha256(&fs::read_to_string(&rom).expect("a ROM"));
-    let verify = ["verify", "landing", "--random", "0", "--simulators", "icarus"];
+    let verify = [
+        "verify",
+        "landing",
+        "--random",
+        "0",
+        "--simulators",
+        "icarus",
+    ];
     let (code, json) = hwgen(place, &verify);
     assert_eq!((code, &json["ok"]), (Some(2), &false.into()), "{json}");
 
@@ -1082,6 +1138,9 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     let files = found["files"].as_array().expect("files");
     assert_eq!(files.len(), 3);
     for file in files {
-        assert!(place.join(file.as_str().expect("a path")).is_file(), "{file}");
+        assert!(
+            place.join(file.as_str().expect("a path")).is_file(),
+            "{file}"
+        );
     }
 }

@@ -104,7 +104,10 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
         mark("accumulators", layer.accumulates());
         mark("no accumulators", !layer.accumulates());
         mark("drain", layer.drain_beats() > 1);
-        mark("beats of padding", layer.output_beats() < layer.array_beats());
+        mark(
+            "beats of padding",
+            layer.output_beats() < layer.array_beats(),
+        );
         mark("1-wide layers", sizes.contains(&1));
         mark(
             "prime sizes",

@@ -1,5 +1,6 @@
 //! Designs drawn from a seed.
 
+use hwgen_spec::format::{QFormat, Rounding};
 use hwgen_spec::network::{
     Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
 };
@@ -9,8 +10,39 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// A legal network and options, drawn from a seed: sizes, widths, foldings, activations, layers,
-/// networks, formats.
+/// networks, formats; in one of three some layers have formats of the trainer's.
 pub fn random_design(seed: u64) -> (FloatNet, Options) {
+    let (mut net, options) = float_design(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(!seed);
+    if rng.random_ratio(1, 3) {
+        let layers = net.networks.iter_mut().flat_map(|n| &mut n.layers);
+        for layer in net.shared.iter_mut().chain(layers) {
+            if rng.random_bool(0.6) {
+                fix_formats(layer, &mut rng);
+            }
+        }
+    }
+    (net, options)
+}
+
+/// Gives a layer formats, and rounds its numbers to them as a trainer would have done.
+fn fix_formats(layer: &mut FloatLayer, rng: &mut ChaCha8Rng) {
+    let round = |format: QFormat, v: &mut f64| {
+        *v = format.to_f64(format.quantize(*v, Rounding::HalfUp).code);
+    };
+    let (low, high) = (layer.weights.min(), layer.weights.max());
+    let weights = QFormat::holding(rng.random_range(4..=12), low, high).expect("legal");
+    let bias = QFormat::new(20, rng.random_range(6..=17)).expect("legal");
+    layer.weights.iter_mut().for_each(|w| round(weights, w));
+    layer.bias.iter_mut().for_each(|b| round(bias, b));
+    layer.format.weights = Some(weights);
+    layer.format.bias = Some(bias);
+    if !layer.activation.is_bounded() && rng.random_bool(0.5) {
+        layer.format.activations = QFormat::new(12, rng.random_range(4..=9)).ok();
+    }
+}
+
+fn float_design(seed: u64) -> (FloatNet, Options) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let sizes = [1, 1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 17];
     let size = |rng: &mut ChaCha8Rng| sizes[rng.random_range(0..sizes.len())];
