@@ -1,37 +1,100 @@
 //! Emitted cores against the cycle model and the untimed values, in the simulators.
 
+#[path = "support/random.rs"]
+mod random;
 mod support;
 
+use std::collections::BTreeMap;
+
 use hwgen_sim::simulator::Simulator;
+use hwgen_spec::design::Design;
 use hwgen_spec::options::Options;
 use hwgen_spec::weights;
-use support::{Check, assert_verified, check, emit, random_design};
+use random::random_design;
+use support::{Check, assert_verified, axes, check, emit, in_parallel};
 
 /// Random designs that Icarus checks; the seeds are their names.
 const DESIGNS: u64 = 64;
 
+/// Random frames of each check, spread over the four flows.
+const RANDOM: usize = 12;
+
 /// Of these, how many Verilator checks as well.
 const DESIGNS_IN_VERILATOR: u64 = 3;
+
+/// Axes of the matrix, and how many of the designs that Icarus checks have them at least.
+///
+/// A design has many of them, one here, another there: seeds draw sizes from 1 to 17, 1 to 3
+/// networks behind 0 to 2 shared layers, widths, intervals from 1 to 200, activations and formats.
+const AXES: &[(&str, usize)] = &[
+    ("tanh", 20),
+    ("sigmoid", 20),
+    ("relu", 20),
+    ("linear", 20),
+    ("replay feed", 20),
+    ("direct feed", 20),
+    ("accumulators", 20),
+    ("no accumulators", 20),
+    ("drain", 15),
+    ("beats of padding", 5),
+    ("odd adder trees", 15),
+    ("three levels of a tree", 15),
+    ("several networks", 20),
+    ("shared layers", 20),
+    ("no shared layer", 20),
+    ("1-wide layers", 20),
+    ("prime sizes", 20),
+    ("PE does not divide the outputs", 15),
+    ("SIMD does not divide the inputs", 15),
+    ("shifts per neuron", 15),
+    ("product shifts", 15),
+    ("interval 1", 3),
+    ("a word a beat", 15),
+    ("several words a beat", 15),
+    ("lanes without a word", 15),
+    ("fixed weights", 10),
+    ("fixed biases", 10),
+    ("fixed words", 8),
+    ("shared_in", 5),
+    ("_out", 10),
+];
+
+#[test]
+fn the_matrix_covers_its_axes() {
+    let mut found: BTreeMap<&str, usize> = BTreeMap::new();
+    for seed in 0..DESIGNS {
+        let (net, options) = random_design(seed);
+        let design = Design::new(&net, &options).expect("a legal design");
+        for axis in axes(&net, &design) {
+            *found.entry(axis).or_default() += 1;
+        }
+    }
+    for (axis, least) in AXES {
+        let found = found.get(axis).copied().unwrap_or(0);
+        assert!(found >= *least, "{axis}: {found} designs, {least} wanted");
+    }
+}
 
 #[test]
 fn random_designs_are_equal_in_icarus() {
     let directory = tempfile::tempdir().expect("a directory");
-    let failures: Vec<String> = (0..DESIGNS)
-        .filter_map(|seed| {
-            let (net, options) = random_design(seed);
-            let bundle = emit(&net, &options, directory.path());
-            let plan = Check {
-                random: 12,
-                seed,
-                simulators: &[Simulator::Icarus],
-            };
-            match check(&bundle, &plan) {
-                Ok(report) if report.verified => None,
-                Ok(report) => Some(format!("{seed}: {report:#?}")),
-                Err(error) => Some(format!("{seed}: {error} {error:?}")),
-            }
-        })
-        .collect();
+    // Several at a time: while one is read, modelled or compiled, another one simulates.
+    let seeds: Vec<u64> = (0..DESIGNS).collect();
+    let outcomes = in_parallel(&seeds, |seed| {
+        let (net, options) = random_design(*seed);
+        let bundle = emit(&net, &options, directory.path());
+        let plan = Check {
+            random: RANDOM,
+            seed: *seed,
+            simulators: &[Simulator::Icarus],
+        };
+        match check(&bundle, &plan) {
+            Ok(report) if report.verified => None,
+            Ok(report) => Some(format!("{seed}: {report:#?}")),
+            Err(error) => Some(format!("{seed}: {error} {error:?}")),
+        }
+    });
+    let failures: Vec<String> = outcomes.into_iter().flatten().collect();
     assert!(
         failures.is_empty(),
         "{} failed: {}",
@@ -47,7 +110,7 @@ fn some_random_designs_are_equal_in_verilator() {
         let (net, options) = random_design(1000 + seed);
         let bundle = emit(&net, &options, directory.path());
         let plan = Check {
-            random: 12,
+            random: RANDOM,
             seed,
             simulators: &Simulator::ALL,
         };

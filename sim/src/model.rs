@@ -142,6 +142,9 @@ impl Model {
     }
 
     /// Names and widths of all registers, in the order of [`values`](Self::values).
+    ///
+    /// The output ports of the core stand behind its registers: they come out of registers, so
+    /// that they too have one value after each edge.
     pub fn registers(&self) -> Vec<Register> {
         let mut names = Names {
             path: String::new(),
@@ -161,6 +164,9 @@ impl Model {
         within(probe, format_args!("u_ingress"), |p| self.ingress.show(p));
         within(probe, format_args!("u_mlp"), |p| self.stage.show(p));
         within(probe, format_args!("u_egress"), |p| self.egress.show(p));
+        // The ports last: where a register differs too, it is the one to be named.
+        probe.bit("s_axis_tready", self.ingress.ready());
+        self.egress.show_port(probe);
     }
 }
 

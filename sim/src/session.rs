@@ -12,6 +12,8 @@ use crate::stimulus::{Flow, Frame, Segment};
 
 /// Clocks of reset at the start.
 const RESET_CLOCKS: usize = 3;
+/// Resets in the flow that has any.
+const RESETS: usize = 6;
 /// Clocks that a session may take beyond what its frames need, before it counts as hung.
 const PATIENCE: usize = 100_000;
 
@@ -118,6 +120,9 @@ struct Driver<'a> {
     take: f64,
     phase_left: usize,
     reset_left: usize,
+    /// Resets still to come, and clocks to the next one.
+    resets: usize,
+    until_reset: usize,
     first_beat_at: Option<usize>,
     last_answer_at: Option<usize>,
     /// Whether latency and interval are those of continuous flow.
@@ -152,6 +157,11 @@ impl<'a> Driver<'a> {
             take: 1.0,
             phase_left: 0,
             reset_left: RESET_CLOCKS,
+            resets: match segment.flow {
+                Flow::Reset => RESETS,
+                _ => 0,
+            },
+            until_reset: 0,
             first_beat_at: None,
             last_answer_at: None,
         }
@@ -161,7 +171,31 @@ impl<'a> Driver<'a> {
         self.frame == self.segment.frames.len() && self.expected.is_empty()
     }
 
-    /// Draws new probabilities now and then, and the resets.
+    /// Counts down to the next reset.
+    ///
+    /// One half of them come while the core fills, the other half while answers leave: a reset
+    /// that comes before the first answer can't show whether the way out forgets what it holds.
+    fn reset(&mut self) {
+        if self.resets == 0 {
+            return;
+        }
+        if self.until_reset > 0 {
+            self.until_reset -= 1;
+            if self.until_reset == 0 {
+                self.reset_left = self.rng.random_range(1..=3);
+                self.resets -= 1;
+            }
+            return;
+        }
+        let (latency, interval) = (self.design.latency_cycles(), self.design.interval_cycles());
+        self.until_reset = if self.resets % 2 == 0 {
+            latency + self.rng.random_range(1..=4 * interval + 8)
+        } else {
+            self.rng.random_range(1..=latency)
+        };
+    }
+
+    /// Draws new probabilities now and then.
     fn phase(&mut self) {
         if self.phase_left > 0 {
             self.phase_left -= 1;
@@ -178,9 +212,6 @@ impl<'a> Driver<'a> {
             Flow::BackPressure => self.take = pace,
             Flow::Reset => {
                 (self.offer, self.take) = (pace, self.rng.random_range(0.2..=1.0));
-                if self.session.pins.len() > RESET_CLOCKS && self.rng.random_ratio(1, 3) {
-                    self.reset_left = self.rng.random_range(1..=3);
-                }
             }
         }
     }
@@ -210,6 +241,7 @@ impl<'a> Driver<'a> {
     fn clock(&mut self) {
         if self.reset_left == 0 {
             self.phase();
+            self.reset();
         }
         let pins = self.pins();
         let now = self.session.pins.len();
@@ -219,7 +251,8 @@ impl<'a> Driver<'a> {
                 self.beat_taken(now);
             }
         } else {
-            // All that is under way is lost; the frame that was being sent starts anew.
+            // All that is under way is lost: it is sent once more, from the oldest frame on.
+            self.frame -= self.expected.len();
             (self.beat, self.offered, self.answered, self.held) = (0, false, 0, None);
             self.expected.clear();
             (self.first_beat_at, self.last_answer_at) = (None, None);

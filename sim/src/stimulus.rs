@@ -65,6 +65,13 @@ pub struct Segment {
     pub seed: u64,
 }
 
+/// Beyond this interval the continuous flow alone has all corners, and the others share them.
+///
+/// Corners are there for the values, which do not depend on the flow, and at a long interval few
+/// frames are under way: a third of the corners, about nine, fill the core many times over. The
+/// time of a check grows with the interval, so that the repetitions would be most of it.
+const LONG_INTERVAL: usize = 16;
+
 /// The segments of a check: corners, random frames, malformed frames, rows of a file, each in
 /// every flow.
 ///
@@ -100,8 +107,20 @@ pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64)
             });
         }
     };
+    let long = design.interval_cycles() > LONG_INTERVAL;
     for (i, flow) in Flow::ALL.into_iter().enumerate() {
-        push("corners", flow, &corners);
+        if long && i > 0 {
+            let others = Flow::ALL.len() - 1;
+            let share: Vec<Frame> = corners
+                .iter()
+                .skip(i - 1)
+                .step_by(others)
+                .cloned()
+                .collect();
+            push("corners", flow, &share);
+        } else {
+            push("corners", flow, &corners);
+        }
         push("malformed", flow, &malformed);
         let share = |frames: &[Frame]| -> Vec<Frame> {
             frames

@@ -1,6 +1,9 @@
-//! Bundles of random and given designs, checked by the whole chain.
+//! Bundles, checked by the whole chain.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use hwgen_gen::Source;
@@ -8,14 +11,9 @@ use hwgen_sim::error::SimError;
 use hwgen_sim::simulator::Simulator;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan, verify};
-use hwgen_spec::design::Design;
-use hwgen_spec::network::{
-    Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
-};
-use hwgen_spec::options::{Budget, Options, WidthSetting};
-use nalgebra::DMatrix;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use hwgen_spec::design::{Design, Feed};
+use hwgen_spec::network::FloatNet;
+use hwgen_spec::options::Options;
 
 /// How a bundle is checked.
 pub struct Check<'a> {
@@ -72,117 +70,86 @@ pub fn assert_verified(report: &Report, what: &str) {
     }
 }
 
-/// A legal network and options, drawn from a seed: sizes, widths, foldings, activations, layers,
-/// networks, formats.
-pub fn random_design(seed: u64) -> (FloatNet, Options) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let sizes = [1, 1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 17];
-    let size = |rng: &mut ChaCha8Rng| sizes[rng.random_range(0..sizes.len())];
-    let inputs = size(&mut rng);
-    let low: Vec<f64> = (0..inputs)
-        .map(|_| rng.random_range(-100.0..50.0))
-        .collect();
-    let high: Vec<f64> = low
-        .iter()
-        .map(|l| l + rng.random_range(0.0..200.0))
-        .collect();
-    let plain = rng.random_bool(0.3);
-    let layer = |rng: &mut ChaCha8Rng, inputs: usize, outputs: usize| {
-        let activation = Activation::ALL[rng.random_range(0..4)];
-        let reach = libm_exp2(rng.random_range(-6..4)) / f64::from(u32::try_from(inputs).unwrap());
-        let mut draw = |reach: f64| rng.random_range(-reach..reach);
-        let weights = DMatrix::from_fn(outputs, inputs, |i, _| {
-            // Rows of very different size call for shifts of their own.
-            draw(reach) * if i % 3 == 2 { 0.01 } else { 1.0 }
-        });
-        let bias = (0..outputs).map(|_| draw(2.0)).collect();
-        FloatLayer {
-            activation,
-            weights,
-            bias,
-            format: LayerFormat::default(),
+/// What a design has, of all that designs may have: the axes of the matrix.
+pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
+    let mut axes = BTreeSet::new();
+    let mut mark = |axis: &'static str, has: bool| {
+        if has {
+            axes.insert(axis);
         }
     };
-    let stack = |rng: &mut ChaCha8Rng, inputs: usize, layers: usize| {
-        let mut stack: Vec<FloatLayer> = Vec::new();
-        for _ in 0..layers {
-            let from = stack.last().map_or(inputs, FloatLayer::outputs);
-            let to = size(rng);
-            stack.push(layer(rng, from, to));
-        }
-        stack
-    };
-    let shared_layers = [0, 0, 1, 2][rng.random_range(0..4)];
-    let shared = stack(&mut rng, inputs, shared_layers);
-    let into = shared.last().map_or(inputs, FloatLayer::outputs);
-    let networks = (0..[1, 1, 2, 3][rng.random_range(0..4)])
-        .map(|i| {
-            let depth = rng.random_range(1..=3);
-            let layers = stack(&mut rng, into, depth);
-            let outputs = layers.last().expect("a layer").outputs();
-            let scaled = rng.random_bool(0.5);
-            let scale = |rng: &mut ChaCha8Rng| {
-                (0..outputs)
-                    .map(|_| {
-                        if scaled {
-                            rng.random_range(0.1..20.0)
-                        } else {
-                            1.0
-                        }
-                    })
-                    .collect::<Vec<f64>>()
-            };
-            let (scale, offset) = (scale(&mut rng), scale(&mut rng));
-            let offset = if scaled { offset } else { vec![0.0; outputs] };
-            let names = (0..outputs).map(|o| format!("out{o}")).collect();
-            let outputs = Outputs {
-                names,
-                unit: "m".into(),
-                scale,
-                offset,
-            };
-            Network {
-                name: format!("net{i}"),
-                layers,
-                outputs,
-            }
-        })
-        .collect();
-    let net = FloatNet {
-        name: format!("random{seed}"),
-        inputs: Inputs {
-            names: (0..inputs).map(|i| format!("in{i}")).collect(),
-            unit: "px".into(),
-            offset: (0..inputs)
-                .map(|i| if plain { 0.0 } else { (low[i] + high[i]) / 2.0 })
-                .collect(),
-            scale: (0..inputs)
-                .map(|_| {
-                    if plain {
-                        1.0
-                    } else {
-                        rng.random_range(0.01..0.1)
-                    }
-                })
-                .collect(),
-            resolution: [None, Some(0.0625), Some(3.0)][rng.random_range(0..3)],
-            min: low,
-            max: high,
-        },
-        shared,
-        networks,
-    };
-    let any = |bits| vec![WidthSetting { layer: None, bits }];
-    let options = Options {
-        budget: Budget::Interval([1, 2, 3, 5, 7, 8, 16, 31, 64, 200][rng.random_range(0..10)]),
-        weight_bits: any(rng.random_range(4..=18)),
-        activation_bits: any(rng.random_range(7..=16)),
-        output_bits: Some(rng.random_range(6..=32)),
-        segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
-    };
-    (net, options)
+    let plan = design.perceptron();
+    mark("shared layers", !plan.shared.is_empty());
+    mark("no shared layer", plan.shared.is_empty());
+    mark("several networks", plan.networks.len() > 1);
+    mark("interval 1", design.interval_cycles() == 1);
+    for port in [design.source(), design.sink()] {
+        let per_beat = port.words_per_beat;
+        mark("a word a beat", per_beat == 1 && port.beats() > 1);
+        mark("several words a beat", per_beat > 1 && port.beats() > 1);
+        mark("lanes without a word", per_beat * port.beats() > port.words);
+    }
+    let floats = net.networks.iter().flat_map(|n| &n.layers);
+    for layer in net.shared.iter().chain(floats) {
+        mark("fixed weights", layer.format.weights.is_some());
+        mark("fixed biases", layer.format.bias.is_some());
+        mark("fixed words", layer.format.activations.is_some());
+    }
+    for layer in plan.layers() {
+        let (quant, fold) = (&layer.quant, layer.fold);
+        let sizes = [quant.inputs(), quant.outputs()];
+        mark(quant.activation.name(), true);
+        mark("replay feed", layer.feed == Feed::Replay);
+        mark("direct feed", layer.feed == Feed::Direct);
+        mark("accumulators", layer.accumulates());
+        mark("no accumulators", !layer.accumulates());
+        mark("drain", layer.drain_beats() > 1);
+        mark(
+            "beats of padding",
+            layer.output_beats() < layer.array_beats(),
+        );
+        mark("1-wide layers", sizes.contains(&1));
+        mark(
+            "prime sizes",
+            sizes.iter().any(|s| [7, 11, 13, 17].contains(s)),
+        );
+        mark(
+            "PE does not divide the outputs",
+            !quant.outputs().is_multiple_of(fold.pe),
+        );
+        mark(
+            "SIMD does not divide the inputs",
+            !quant.inputs().is_multiple_of(fold.simd),
+        );
+        mark("odd adder trees", fold.simd > 1 && fold.simd % 2 == 1);
+        mark("three levels of a tree", layer.tree_levels() >= 3);
+        mark("shifts per neuron", quant.max_extra_shift() > 0);
+        mark("product shifts", quant.product_shift > 0);
+        mark("shared_in", quant.name == "shared_in");
+        mark("_out", quant.name.ends_with("_out"));
+    }
+    axes
 }
 
-fn libm_exp2(exponent: i32) -> f64 {
-    2f64.powi(exponent)
+/// Does the same for every item, as many at a time as there are cores; answers in order.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let answers: Vec<Mutex<Option<R>>> = items.iter().map(|_| Mutex::new(None)).collect();
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(at) else {
+                        return;
+                    };
+                    *answers[at].lock().expect("no panic yet") = Some(work(item));
+                }
+            });
+        }
+    });
+    answers
+        .into_iter()
+        .map(|a| a.into_inner().expect("no panic").expect("all done"))
+        .collect()
 }

@@ -303,4 +303,13 @@ impl Egress {
         probe.count("left_q", counter_bits(self.beats), self.left);
         probe.word("user_q", 2, self.user);
     }
+
+    /// The pins of `m_axis`, whether or not there is a beat.
+    pub(super) fn show_port<P: Probe>(&self, probe: &mut P) {
+        let (data, rest) = self.slice.head().split_at(self.beat_words);
+        probe.bit("m_axis_tvalid", self.slice.valid());
+        probe.words("m_axis_tdata", self.lane_bits, data);
+        probe.word("m_axis_tuser", 2, rest[0]);
+        probe.bit("m_axis_tlast", rest[1] != 0);
+    }
 }

@@ -64,6 +64,15 @@ pub(super) fn of_registers(
         let format = QFormat::new(bits, meaning.fraction?).ok()?;
         Some(format.to_f64(code))
     };
+    let code = |code: i64| {
+        let bits = register.lanes[found.lane];
+        if is_control(&found.path) {
+            // Few bits, so the sign stays free.
+            to_bits(code, bits).cast_signed()
+        } else {
+            signed(code, bits)
+        }
+    };
     let rtl_code = match &found.rtl {
         RtlValue::Known(code) => Some(*code),
         RtlValue::Unknown(_) => None,
@@ -76,8 +85,8 @@ pub(super) fn of_registers(
     let window = (first..=last)
         .map(|clock| {
             let mark = if clock == found.clock { '>' } else { ' ' };
-            let model = recording.values(clock, found.register)[found.lane];
-            let rtl = show(&rows[clock][found.lane]);
+            let model = code(recording.values(clock, found.register)[found.lane]);
+            let rtl = show(&rows[clock][found.lane], code);
             format!(
                 "{mark} cycle {clock}: model {model}, {} {rtl}",
                 simulator.name()
@@ -116,8 +125,8 @@ pub(super) fn of_registers(
         layer: meaning.layer,
         neuron: meaning.neuron,
         input: meaning.input,
-        model: signed(found.model, register.lanes[found.lane]),
-        rtl: show(&found.rtl),
+        model: code(found.model),
+        rtl: show(&found.rtl, code),
         model_real: real(signed(found.model, register.lanes[found.lane])),
         rtl_real: rtl_code.and_then(real),
         window,
@@ -143,9 +152,41 @@ fn signed(code: i64, bits: u32) -> i64 {
     hwgen_spec::format::from_bits(to_bits(code, bits), bits)
 }
 
-fn show(value: &RtlValue) -> String {
+/// Whether a register or port holds a count or flags: a number without a sign.
+fn is_control(path: &str) -> bool {
+    const CONTROL: [&str; 25] = [
+        "address_q",
+        "beat_q",
+        "busy_q",
+        "clipped_q",
+        "count_q",
+        "credit_q",
+        "done_q",
+        "error_q",
+        "extra_q",
+        "flag_q",
+        "full_q",
+        "gap_q",
+        "index_q",
+        "left_q",
+        "negative_q",
+        "pipe_q",
+        "ready_q",
+        "start_q",
+        "step_q",
+        "user_q",
+        "valid_q",
+        "s_axis_tready",
+        "m_axis_tvalid",
+        "m_axis_tuser",
+        "m_axis_tlast",
+    ];
+    CONTROL.contains(&path.rsplit('.').next().unwrap_or(path))
+}
+
+fn show(value: &RtlValue, code: impl Fn(i64) -> i64) -> String {
     match value {
-        RtlValue::Known(code) => code.to_string(),
+        RtlValue::Known(value) => code(*value).to_string(),
         RtlValue::Unknown(bits) => bits.clone(),
     }
 }
