@@ -99,20 +99,24 @@ impl Array {
     /// Writes one sum an element: the accumulators, or the feet of the trees.
     #[inline]
     pub(super) fn sums(&self, sums: &mut [i64]) {
-        let put = |sums: &mut [i64], row: &Row| {
-            for (sum, real) in sums.iter_mut().zip(row) {
+        if let Some(accumulators) = &self.accumulators {
+            for (sum, real) in sums.iter_mut().zip(accumulators.as_flattened()) {
                 *sum = code(*real);
             }
-        };
-        let sums = sums.chunks_mut(4);
-        if let Some(accumulators) = &self.accumulators {
-            sums.zip(accumulators)
-                .for_each(|(sums, row)| put(sums, row));
-        } else {
-            let (operands, weights) = self.history(2 + self.levels);
-            let weights = weights.chunks_exact(self.simd);
-            sums.zip(weights)
-                .for_each(|(sums, weights)| put(sums, &dot(operands, weights)));
+            return;
+        }
+        let (operands, weights) = self.history(2 + self.levels);
+        let (blocks, rest) = sums.as_chunks_mut::<4>();
+        let mut at = 0;
+        for block in blocks {
+            *block = dot(operands, &weights[at..]).map(code);
+            at += self.simd;
+        }
+        if !rest.is_empty() {
+            let foot = dot(operands, &weights[at..]);
+            for (sum, real) in rest.iter_mut().zip(foot) {
+                *sum = code(real);
+            }
         }
     }
 
@@ -127,10 +131,11 @@ impl Array {
     ) {
         if enable && let Some(mut accumulators) = self.accumulators.take() {
             let (operands, weights) = self.history(2 + self.levels);
-            let feet = weights.chunks_exact(self.simd);
-            for (sum, weights) in accumulators.iter_mut().zip(feet) {
-                let foot = dot(operands, weights);
+            let mut at = 0;
+            for sum in &mut accumulators {
+                let foot = dot(operands, &weights[at..]);
                 *sum = if first { foot } else { add(sum, &foot) };
+                at += self.simd;
             }
             self.accumulators = Some(accumulators);
         }
@@ -202,11 +207,18 @@ fn halve(words: &[i64]) -> Vec<i64> {
 /// The feet of four trees.
 #[inline]
 fn dot(operands: &[f64], weights: &[Row]) -> Row {
-    let mut sum = [0.0; 4];
-    for (a, row) in operands.iter().zip(weights) {
-        sum = add(&sum, &row.map(|w| w * a));
+    let mut sums = [[0.0; 4]; 2];
+    let weights = &weights[..operands.len()];
+    // Even and odd ones apart, so that no addition waits for the one before.
+    let ((pairs, last), (rows, last_row)) = (operands.as_chunks::<2>(), weights.as_chunks::<2>());
+    for (a, row) in pairs.iter().zip(rows) {
+        sums[0] = add(&sums[0], &row[0].map(|w| w * a[0]));
+        sums[1] = add(&sums[1], &row[1].map(|w| w * a[1]));
     }
-    sum
+    for (a, row) in last.iter().zip(last_row) {
+        sums[0] = add(&sums[0], &row.map(|w| w * a));
+    }
+    add(&sums[0], &sums[1])
 }
 
 #[inline]
@@ -243,6 +255,7 @@ pub(super) struct Group {
 }
 
 impl Group {
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, control: super::feed::Control) {
         self.done = !reset && control.valid && control.last;
         if control.valid {
@@ -279,14 +292,17 @@ impl Drain {
         }
     }
 
+    #[inline]
     pub(super) fn valid(&self) -> bool {
         self.left != 0
     }
 
+    #[inline]
     pub(super) fn flag(&self) -> bool {
         self.flag
     }
 
+    #[inline]
     pub(super) fn words(&self) -> &[i64] {
         &self.words[..self.lanes]
     }

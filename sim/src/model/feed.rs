@@ -32,19 +32,23 @@ impl Gather {
         }
     }
 
+    #[inline]
     pub(super) fn start(&self) -> bool {
         self.start
     }
 
+    #[inline]
     pub(super) fn flag(&self) -> bool {
         self.flag
     }
 
     /// The words, without the padding of the last beat.
+    #[inline]
     pub(super) fn vector(&self) -> &[i64] {
         &self.slots[..self.words]
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
         let last = self.count == self.beats - 1;
         if valid {
@@ -113,6 +117,7 @@ impl Replay {
         }
     }
 
+    #[inline]
     pub(super) fn control(&self) -> Control {
         Control {
             valid: self.busy,
@@ -122,14 +127,17 @@ impl Replay {
         }
     }
 
+    #[inline]
     pub(super) fn words(&self) -> &[f64] {
         &self.slots[self.head..self.head + self.simd]
     }
 
+    #[inline]
     pub(super) fn address(&self) -> usize {
         self.address
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, start: bool, flag: bool, vector: &[i64]) {
         let last = self.address == self.folds - 1;
         if start {
@@ -180,6 +188,7 @@ impl Beats {
         Self { beats, address: 0 }
     }
 
+    #[inline]
     pub(super) fn control(&self, valid: bool, flag: bool) -> Control {
         Control {
             valid,
@@ -189,10 +198,12 @@ impl Beats {
         }
     }
 
+    #[inline]
     pub(super) fn address(&self) -> usize {
         self.address
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, valid: bool) {
         self.address = match (reset, valid) {
             (true, _) => 0,

@@ -63,6 +63,7 @@ impl LayerModel {
     }
 
     /// What stands at the layer's output.
+    #[inline]
     pub(super) fn beat(&self) -> Beat<'_> {
         match &self.units {
             Some((units, control)) => Beat {
@@ -79,6 +80,7 @@ impl LayerModel {
     }
 
     /// `input`: the whole vector with its start bit, or the beat of the layer in front.
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, input: Beat<'_>) {
         // From the foot to the head, so that every cell still sees its neighbour of before.
         if let Some((units, control)) = &mut self.units {
@@ -207,10 +209,12 @@ impl Delay {
     }
 
     /// What comes out.
+    #[inline]
     fn code(&self) -> u64 {
         self.pipe >> self.foot
     }
 
+    #[inline]
     fn step(&mut self, reset: bool, code: u64) {
         self.pipe = if reset {
             0
