@@ -186,6 +186,7 @@ impl Probe for Names {
         self.path.truncate(self.ends.pop().expect("entered before"));
     }
 
+    #[inline]
     fn words(&mut self, name: &str, bits: u32, values: &[i64]) {
         self.fields(name, &vec![bits; values.len()], values);
     }
@@ -205,6 +206,7 @@ impl Probe for Values<'_> {
 
     fn leave(&mut self) {}
 
+    #[inline]
     fn words(&mut self, _: &str, _: u32, values: &[i64]) {
         self.0.extend_from_slice(values);
     }

@@ -10,35 +10,42 @@ use super::probe::{Probe, counter_bits, within};
 /// here: sums have at most 52 bits.
 type Row = [f64; 4];
 
-/// All processing elements of a layer, each with its weight ROM.
+/// All processing elements of a layer, each with its weight ROM, and the operands in front of them.
 ///
-/// Two registers are kept in a form that is quicker to step: the ROM's word and the multiplier's
-/// weight operand as the address of the word that they hold, and the multipliers' other operand,
-/// which all elements have alike, once.
+/// Nothing from `operands_q` and the ROMs' `data_q` down to the foot of the adder trees has an
+/// enable or a reset: what stands there `age` clocks behind is a function of the operands and the
+/// ROM address of `age` clocks ago. So these, the history of the first two registers, are all
+/// that is kept, and the foot is one dot product an element, taken when somebody reads it.
+/// Products and tree levels are worked out only to be shown.
 ///
-/// # Shape
-/// `[word][block]`, a block being four elements; elements beyond the last are zero.
+/// | age | registers |
+/// |---|---|
+/// | 0 | `operands_q`, `data_q` |
+/// | 1 | `a_q`, `b_q` |
+/// | 2 | `p_q` |
+/// | 2 + k | `sum_q` of level k, the last one being the foot |
+///
+/// At power-up the history is of zeros, and so is all that comes of it.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
     simd: usize,
-    blocks: usize,
     x_bits: u32,
     w_bits: u32,
     sum_bits: u32,
-    /// `[1 + fold][simd][block]`; word 0 is the zero of power-up.
+    levels: usize,
+    /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
+    /// zero; word 0 is the zero of power-up.
     weights: Vec<Row>,
-    /// Word in the ROM's register.
-    rom: usize,
-    /// Word in the multipliers' weight operands.
-    b: usize,
-    /// `[simd]`
-    a: Vec<f64>,
-    products: Vec<Row>,
-    /// One vector a level.
-    levels: Vec<Vec<Row>>,
+    blocks: usize,
+    /// `[slot][simd]`: a ring of the operands of the last clocks, one slot an age.
+    operands: Vec<f64>,
+    /// `[slot]`: the ROM's word in the same clock.
+    words: Vec<usize>,
+    /// Slot of age 0; greater ages follow.
+    newest: usize,
+    /// `[block]`
     accumulators: Option<Vec<Row>>,
-    sums: Vec<i64>,
 }
 
 impl Array {
@@ -49,8 +56,8 @@ impl Array {
         let mut weights = vec![zero; simd * blocks];
         for fold in 0..layer.folds() {
             let words: Vec<Vec<i64>> = (0..pe).map(|p| layer.weight_word(p, fold)).collect();
-            for s in 0..simd {
-                weights.extend(words.chunks(4).map(|block| {
+            for block in words.chunks(4) {
+                weights.extend((0..simd).map(|s| {
                     let mut row = zero;
                     for (lane, word) in row.iter_mut().zip(block) {
                         *lane = real(word[s]);
@@ -59,142 +66,159 @@ impl Array {
                 }));
             }
         }
-        let mut words = simd;
-        let levels = (0..layer.tree_levels())
-            .map(|_| {
-                words = words.div_ceil(2);
-                vec![zero; words * blocks]
-            })
-            .collect();
+        let levels = layer.tree_levels();
         Self {
             pe,
             simd,
-            blocks,
             x_bits: layer.quant.input.width(),
             w_bits: layer.quant.weight_format.width(),
             sum_bits: layer.quant.sum_width,
-            weights,
-            rom: 0,
-            b: 0,
-            a: vec![0.0; simd],
-            products: vec![zero; simd * blocks],
             levels,
+            weights,
+            blocks,
+            operands: vec![0.0; (levels + 3) * simd],
+            words: vec![0; levels + 3],
+            newest: 0,
             accumulators: layer.accumulates().then(|| vec![zero; blocks]),
-            sums: vec![0; pe],
         }
     }
 
-    /// One sum an element: the accumulators, or the foot of the trees.
-    pub(super) fn sums(&self) -> &[i64] {
-        &self.sums
+    /// Operands and weights, `[block][simd]`, of `age` clocks ago.
+    #[inline]
+    fn history(&self, age: usize) -> (&[f64], &[Row]) {
+        let slots = self.words.len();
+        let slot = self.newest + age;
+        let slot = if slot < slots { slot } else { slot - slots };
+        let (words, word) = (self.simd * self.blocks, self.words[slot]);
+        (
+            &self.operands[slot * self.simd..][..self.simd],
+            &self.weights[word * words..][..words],
+        )
     }
 
-    fn word(&self, at: usize) -> &[Row] {
-        let words = self.products.len();
-        &self.weights[at * words..(at + 1) * words]
+    /// Writes one sum an element: the accumulators, or the feet of the trees.
+    #[inline]
+    pub(super) fn sums(&self, sums: &mut [i64]) {
+        if let Some(accumulators) = &self.accumulators {
+            for (sum, real) in sums.iter_mut().zip(accumulators.as_flattened()) {
+                *sum = code(*real);
+            }
+            return;
+        }
+        let (operands, weights) = self.history(2 + self.levels);
+        let (blocks, rest) = sums.as_chunks_mut::<4>();
+        let mut at = 0;
+        for block in blocks {
+            *block = dot(operands, &weights[at..]).map(code);
+            at += self.simd;
+        }
+        if !rest.is_empty() {
+            let foot = dot(operands, &weights[at..]);
+            for (sum, real) in rest.iter_mut().zip(foot) {
+                *sum = code(real);
+            }
+        }
     }
 
     /// `enable`, `first`: control bits that have kept pace with the trees.
-    pub(super) fn step(&mut self, operands: &[i64], address: usize, enable: bool, first: bool) {
-        let blocks = self.blocks;
-        if enable && let Some(accumulators) = &mut self.accumulators {
-            let feet = self.levels.last().unwrap_or(&self.products);
-            for (sum, word) in accumulators.iter_mut().zip(feet) {
-                *sum = if first { *word } else { add(sum, word) };
+    #[inline]
+    pub(super) fn step(
+        &mut self,
+        operands: impl Iterator<Item = f64>,
+        address: usize,
+        enable: bool,
+        first: bool,
+    ) {
+        if enable && let Some(mut accumulators) = self.accumulators.take() {
+            let (operands, weights) = self.history(2 + self.levels);
+            let mut at = 0;
+            for sum in &mut accumulators {
+                let foot = dot(operands, &weights[at..]);
+                *sum = if first { foot } else { add(sum, &foot) };
+                at += self.simd;
             }
+            self.accumulators = Some(accumulators);
         }
-        for level in (0..self.levels.len()).rev() {
-            let (before, this) = self.levels.split_at_mut(level);
-            let words = before.last().unwrap_or(&self.products);
-            let sums = &mut this[0];
-            if blocks == 1 {
-                for (sum, pair) in sums.iter_mut().zip(words.chunks_exact(2)) {
-                    *sum = add(&pair[0], &pair[1]);
-                }
-            } else {
-                let pairs = words.chunks_exact(2 * blocks);
-                for (sums, pair) in sums.chunks_exact_mut(blocks).zip(pairs) {
-                    let (left, right) = pair.split_at(blocks);
-                    for ((sum, left), right) in sums.iter_mut().zip(left).zip(right) {
-                        *sum = add(left, right);
-                    }
-                }
-            }
-            // An odd last word passes through.
-            if words.len() != 2 * sums.len() {
-                let at = sums.len() - blocks;
-                sums[at..].copy_from_slice(&words[2 * at..]);
-            }
-        }
-        let words = self.products.len();
-        let weights = &self.weights[self.b * words..(self.b + 1) * words];
-        if blocks == 1 {
-            for ((product, weight), a) in self.products.iter_mut().zip(weights).zip(&self.a) {
-                *product = weight.map(|w| w * a);
-            }
-        } else {
-            let rows = self
-                .products
-                .chunks_exact_mut(blocks)
-                .zip(weights.chunks_exact(blocks));
-            for ((products, weights), a) in rows.zip(&self.a) {
-                for (product, weight) in products.iter_mut().zip(weights) {
-                    *product = weight.map(|w| w * a);
-                }
-            }
-        }
-        for (a, operand) in self.a.iter_mut().zip(operands) {
-            *a = real(*operand);
-        }
-        self.b = self.rom;
-        self.rom = 1 + address;
-        let feet = self.levels.last().unwrap_or(&self.products);
-        let feet = self.accumulators.as_ref().unwrap_or(feet);
-        for (sum, foot) in self.sums.iter_mut().zip(feet.as_flattened()) {
-            *sum = code(*foot);
+        // The oldest slot becomes the newest.
+        self.newest = self.newest.checked_sub(1).unwrap_or(self.words.len() - 1);
+        self.words[self.newest] = 1 + address;
+        let slot = &mut self.operands[self.newest * self.simd..][..self.simd];
+        for (own, operand) in slot.iter_mut().zip(operands) {
+            *own = operand;
         }
     }
 
+    /// What `operands_q` holds.
+    pub(super) fn show_operands<P: Probe>(&self, probe: &mut P) {
+        let operands: Vec<i64> = self.history(0).0.iter().copied().map(code).collect();
+        probe.words("operands_q", self.x_bits, &operands);
+    }
+
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        let blocks = self.blocks;
         for p in 0..self.pe {
-            let element = |rows: &[Row]| -> Vec<i64> {
-                rows.iter()
-                    .skip(p / 4)
-                    .step_by(blocks)
-                    .map(|row| code(row[p % 4]))
-                    .collect()
+            let weights = |age| -> Vec<i64> {
+                let own = self.history(age).1.chunks_exact(self.simd).nth(p / 4);
+                let own = own.expect("a block of the element");
+                own.iter().map(|row| code(row[p % 4])).collect()
             };
-            let (rom, b) = (element(self.word(self.rom)), element(self.word(self.b)));
-            let products = element(&self.products);
+            let products = |age| -> Vec<i64> {
+                let operands = self.history(age).0;
+                let pairs = operands.iter().zip(weights(age));
+                pairs.map(|(a, b)| code(*a) * b).collect()
+            };
+            let (a, b, p_q) = (self.history(1).0, weights(1), products(2));
             within(probe, format_args!("u_w{p}"), |probe| {
-                probe.words("data_q", self.w_bits, &rom)
+                probe.words("data_q", self.w_bits, &weights(0))
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
                 for s in 0..self.simd {
                     within(probe, format_args!("g_mul[{s}]"), |probe| {
                         within(probe, format_args!("u_mul"), |probe| {
-                            probe.word("a_q", self.x_bits, code(self.a[s]));
+                            probe.word("a_q", self.x_bits, code(a[s]));
                             probe.word("b_q", self.w_bits, b[s]);
-                            probe.word("p_q", self.x_bits + self.w_bits, products[s]);
+                            probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
                         });
                     });
                 }
                 let mut bits = self.x_bits + self.w_bits;
-                for (number, level) in self.levels.iter().enumerate() {
+                for level in 1..=self.levels {
                     bits = (bits + 1).min(self.sum_bits);
-                    within(probe, format_args!("u_level{}", number + 1), |probe| {
-                        probe.words("sum_q", bits, &element(level));
+                    let sums = (0..level).fold(products(2 + level), |words, _| halve(&words));
+                    within(probe, format_args!("u_level{level}"), |probe| {
+                        probe.words("sum_q", bits, &sums);
                     });
                 }
                 if let Some(accumulators) = &self.accumulators {
                     within(probe, format_args!("u_acc"), |probe| {
-                        probe.word("sum_q", self.sum_bits, element(accumulators)[0]);
+                        let sum = code(accumulators[p / 4][p % 4]);
+                        probe.word("sum_q", self.sum_bits, sum);
                     });
                 }
             });
         }
     }
+}
+
+/// One level of an adder tree: sums of neighbours, an odd last word passing through.
+fn halve(words: &[i64]) -> Vec<i64> {
+    words.chunks(2).map(|pair| pair.iter().sum()).collect()
+}
+
+/// The feet of four trees.
+#[inline]
+fn dot(operands: &[f64], weights: &[Row]) -> Row {
+    let mut sums = [[0.0; 4]; 2];
+    let weights = &weights[..operands.len()];
+    // Even and odd ones apart, so that no addition waits for the one before.
+    let ((pairs, last), (rows, last_row)) = (operands.as_chunks::<2>(), weights.as_chunks::<2>());
+    for (a, row) in pairs.iter().zip(rows) {
+        sums[0] = add(&sums[0], &row[0].map(|w| w * a[0]));
+        sums[1] = add(&sums[1], &row[1].map(|w| w * a[1]));
+    }
+    for (a, row) in last.iter().zip(last_row) {
+        sums[0] = add(&sums[0], &row.map(|w| w * a));
+    }
+    add(&sums[0], &sums[1])
 }
 
 #[inline]
@@ -209,13 +233,13 @@ fn add(left: &Row, right: &Row) -> Row {
 
 #[inline]
 #[expect(clippy::cast_precision_loss, reason = "words have at most 52 bits")]
-fn real(code: i64) -> f64 {
+pub(super) fn real(code: i64) -> f64 {
     code as f64
 }
 
 /// The integer that a sum is, by way of a constant that moves it into the lowest bits.
 #[inline]
-fn code(sum: f64) -> i64 {
+pub(super) fn code(sum: f64) -> i64 {
     const SHIFT: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
     (sum + SHIFT)
         .to_bits()
@@ -231,6 +255,7 @@ pub(super) struct Group {
 }
 
 impl Group {
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, control: super::feed::Control) {
         self.done = !reset && control.valid && control.last;
         if control.valid {
@@ -249,6 +274,7 @@ impl Group {
 pub(super) struct Drain {
     bits: u32,
     lanes: usize,
+    beats: usize,
     words: Vec<i64>,
     left: usize,
     flag: bool,
@@ -259,46 +285,54 @@ impl Drain {
         Self {
             bits,
             lanes,
+            beats: words / lanes,
             words: vec![0; words],
             left: 0,
             flag: false,
         }
     }
 
+    #[inline]
     pub(super) fn valid(&self) -> bool {
         self.left != 0
     }
 
+    #[inline]
     pub(super) fn flag(&self) -> bool {
         self.flag
     }
 
+    #[inline]
     pub(super) fn words(&self) -> &[i64] {
         &self.words[..self.lanes]
     }
 
-    pub(super) fn step(&mut self, reset: bool, load: bool, flag: bool, words: &[i64]) {
+    /// `put` writes all sums of the array.
+    #[inline]
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        load: bool,
+        flag: bool,
+        put: impl FnOnce(&mut [i64]),
+    ) {
         let valid = self.valid();
         if load {
-            self.words.copy_from_slice(words);
+            put(&mut self.words);
             self.flag = flag;
         } else if valid {
             self.words.copy_within(self.lanes.., 0);
         }
         self.left = match (reset, load) {
             (true, _) => 0,
-            (_, true) => self.words.len() / self.lanes,
+            (_, true) => self.beats,
             _ => self.left - usize::from(valid),
         };
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.words("word_q", self.bits, &self.words);
-        probe.count(
-            "left_q",
-            counter_bits(self.words.len() / self.lanes),
-            self.left,
-        );
+        probe.count("left_q", counter_bits(self.beats), self.left);
         probe.bit("flag_q", self.flag);
     }
 }

@@ -1,5 +1,6 @@
 //! The cells that bring operands to an array: gather, replay, beats.
 
+use super::array::{code, real};
 use super::probe::{Probe, address_bits, counter_bits};
 
 /// `hwg_gather`.
@@ -31,19 +32,23 @@ impl Gather {
         }
     }
 
+    #[inline]
     pub(super) fn start(&self) -> bool {
         self.start
     }
 
+    #[inline]
     pub(super) fn flag(&self) -> bool {
         self.flag
     }
 
     /// The words, without the padding of the last beat.
+    #[inline]
     pub(super) fn vector(&self) -> &[i64] {
         &self.slots[..self.words]
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
         let last = self.count == self.beats - 1;
         if valid {
@@ -80,14 +85,15 @@ pub(super) struct Control {
 
 /// `hwg_replay`.
 ///
-/// The ring is kept still and the place of its head moves.
+/// The ring is kept still and the place of its head moves. Its words are real numbers, for the
+/// array.
 #[derive(Clone, Debug)]
 pub(super) struct Replay {
     bits: u32,
     simd: usize,
     synapse_folds: usize,
     folds: usize,
-    slots: Vec<i64>,
+    slots: Vec<f64>,
     head: usize,
     address: usize,
     step: usize,
@@ -102,7 +108,7 @@ impl Replay {
             simd,
             synapse_folds,
             folds: synapse_folds * neuron_folds,
-            slots: vec![0; simd * synapse_folds],
+            slots: vec![0.0; simd * synapse_folds],
             head: 0,
             address: 0,
             step: 0,
@@ -111,6 +117,7 @@ impl Replay {
         }
     }
 
+    #[inline]
     pub(super) fn control(&self) -> Control {
         Control {
             valid: self.busy,
@@ -120,20 +127,25 @@ impl Replay {
         }
     }
 
-    pub(super) fn words(&self) -> &[i64] {
+    #[inline]
+    pub(super) fn words(&self) -> &[f64] {
         &self.slots[self.head..self.head + self.simd]
     }
 
+    #[inline]
     pub(super) fn address(&self) -> usize {
         self.address
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, start: bool, flag: bool, vector: &[i64]) {
         let last = self.address == self.folds - 1;
         if start {
             let (words, padding) = self.slots.split_at_mut(vector.len());
-            words.copy_from_slice(vector);
-            padding.fill(0);
+            for (word, code) in words.iter_mut().zip(vector) {
+                *word = real(*code);
+            }
+            padding.fill(0.0);
             self.head = 0;
             self.flag = flag;
         } else if self.busy {
@@ -155,7 +167,8 @@ impl Replay {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         let (behind, before) = self.slots.split_at(self.head);
-        probe.words("slot_q", self.bits, &[before, behind].concat());
+        let words: Vec<i64> = [before, behind].concat().into_iter().map(code).collect();
+        probe.words("slot_q", self.bits, &words);
         probe.count("address_q", address_bits(self.folds), self.address);
         probe.count("step_q", counter_bits(self.synapse_folds), self.step);
         probe.bit("busy_q", self.busy);
@@ -175,6 +188,7 @@ impl Beats {
         Self { beats, address: 0 }
     }
 
+    #[inline]
     pub(super) fn control(&self, valid: bool, flag: bool) -> Control {
         Control {
             valid,
@@ -184,10 +198,12 @@ impl Beats {
         }
     }
 
+    #[inline]
     pub(super) fn address(&self) -> usize {
         self.address
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, valid: bool) {
         self.address = match (reset, valid) {
             (true, _) => 0,

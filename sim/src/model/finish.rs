@@ -4,261 +4,373 @@ use std::sync::Arc;
 
 use hwgen_spec::activation::{GUARD_BITS, OddTable};
 use hwgen_spec::design::{Layer, extra_shift_width};
-use hwgen_spec::format::{QFormat, Rounding, shift_right, to_bits};
+use hwgen_spec::format::to_bits;
 use hwgen_spec::network::Activation;
+use hwgen_spec::schedule::ACTIVATION_LATENCY;
 
 use super::probe::{Probe, address_bits, within};
 
 /// `hwg_requant` and the bias ROM in front of it.
+///
+/// As in the array, only control has a reset and nothing has an enable, so that a lane's registers
+/// of `age` clocks behind `sum_q` follow from sum and ROM entry of `age` clocks ago. A sum's word
+/// is worked out when the sum comes in and waits until it stands in `word_q`; what lies between
+/// is worked out only to be shown. The zeros of power-up fit in: zero, through entry zero, is zero.
+///
+/// | age | registers |
+/// |---|---|
+/// | 0 | `sum_q`, `data_q` |
+/// | 1 | `biased_q`, `extra_q` |
+/// | 2 | `shifted_q`, only where a neuron has a shift of its own |
+/// | 2 or 3 | `word_q` |
 #[derive(Clone, Debug)]
 pub(super) struct Requant {
     lanes: usize,
     sum_bits: u32,
     biased_bits: u32,
     extra_bits: u32,
+    word_bits: u32,
     product_shift: u32,
-    shift: u32,
-    pre: QFormat,
-    activation: Activation,
+    /// What a word is clamped to.
+    low: i64,
+    high: i64,
+    /// All ones if negative words are zero before they are clamped, else zero.
+    relu: i64,
+    /// Whether clamping counts: clipping the argument of an odd function is no overflow.
+    counts: bool,
     output_beats: usize,
-    /// `[1 + beat][lane]`; word 0 is the zero of power-up.
-    biases: Vec<i64>,
-    extras: Vec<u32>,
     array_beats: usize,
+    /// `[1 + beat][lane]`; word 0 is the zero of power-up.
+    entries: Vec<Entry>,
     beat: usize,
-    /// Word in the ROM's register.
-    rom: usize,
-    sums: Vec<i64>,
     valid: u32,
+    /// `flag_q` as if nothing were clipped here.
     flag: u32,
-    biased: Vec<i64>,
-    extra: Vec<u32>,
-    shifted: Vec<i64>,
+    /// Whether some lane's word is clipped, the newest lowest.
+    clipped: u32,
+    /// Slots of the ring and registers in a row: ages from a sum to its word.
+    stages: usize,
+    /// Slot of age 0; greater ages follow.
+    newest: usize,
+    /// `[slot]`: the ROM's word.
+    roms: Vec<usize>,
+    /// `[slot][lane]`
+    sums: Vec<i64>,
+    /// `[slot][lane]`: what will be in `word_q`.
     words: Vec<i64>,
+}
+
+/// A lane of a word of the bias ROM.
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    bias: i64,
+    extra: u32,
+    /// This neuron's shift and that of all: dropping bits twice is dropping them at once.
+    shift: u32,
 }
 
 impl Requant {
     pub(super) fn new(layer: &Layer) -> Self {
         let quant = &layer.quant;
         let entries = (0..layer.array_beats()).flat_map(|beat| layer.bias_word(beat));
-        let zero = std::iter::repeat_n((0, 0), layer.lanes);
-        let (biases, extras) = zero.chain(entries).unzip();
-        let zeros = vec![0; layer.lanes];
+        let entries = entries.map(|(bias, extra)| Entry {
+            bias,
+            extra,
+            shift: (extra + quant.base_shift).min(63),
+        });
+        let zero = std::iter::repeat_n(Entry::default(), layer.lanes);
+        let extra_bits = extra_shift_width(quant);
+        let stages = if extra_bits > 0 { 4 } else { 3 };
+        let pre = quant.pre;
+        let odd = matches!(quant.activation, Activation::Tanh | Activation::Sigmoid);
         Self {
             lanes: layer.lanes,
             sum_bits: quant.sum_width,
             biased_bits: quant.biased_width,
-            extra_bits: extra_shift_width(quant),
+            extra_bits,
+            word_bits: pre.width(),
             product_shift: quant.product_shift,
-            shift: quant.base_shift,
-            pre: quant.pre,
-            activation: quant.activation,
+            low: if odd { -pre.max_code() } else { pre.min_code() },
+            high: pre.max_code(),
+            relu: -i64::from(quant.activation == Activation::Relu),
+            counts: !odd,
             output_beats: layer.output_beats(),
-            biases,
-            extras,
             array_beats: layer.array_beats(),
+            entries: zero.chain(entries).collect(),
             beat: 0,
-            rom: 0,
-            sums: zeros.clone(),
             valid: 0,
             flag: 0,
-            biased: zeros.clone(),
-            extra: vec![0; layer.lanes],
-            shifted: zeros.clone(),
-            words: zeros,
+            clipped: 0,
+            stages,
+            newest: 0,
+            roms: vec![0; stages],
+            sums: vec![0; stages * layer.lanes],
+            words: vec![0; stages * layer.lanes],
         }
     }
 
-    fn stages(&self) -> u32 {
-        if self.extra_bits > 0 { 4 } else { 3 }
+    #[inline]
+    fn slot(&self, age: usize) -> usize {
+        let slot = self.newest + age;
+        if slot < self.stages {
+            slot
+        } else {
+            slot - self.stages
+        }
     }
 
+    #[inline]
     pub(super) fn valid(&self) -> bool {
-        self.valid >> (self.stages() - 1) & 1 == 1
+        self.valid >> (self.stages - 1) & 1 == 1
     }
 
+    #[inline]
     pub(super) fn flag(&self) -> bool {
-        self.flag >> (self.stages() - 1) & 1 == 1
+        (self.flag | self.clipped) >> (self.stages - 1) & 1 == 1
     }
 
+    #[inline]
     pub(super) fn words(&self) -> &[i64] {
-        &self.words
+        &self.words[self.slot(self.stages - 1) * self.lanes..][..self.lanes]
     }
 
-    pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, sums: &[i64]) {
-        let stages = self.stages();
-        let clipped = self.saturate();
-        let own = self.rom * self.lanes..(self.rom + 1) * self.lanes;
-        let (biases, extras) = (&self.biases[own.clone()], &self.extras[own]);
-        if self.extra_bits > 0 {
-            let lanes = self.shifted.iter_mut().zip(&self.biased);
-            for ((shifted, biased), extra) in lanes.zip(&self.extra) {
-                *shifted = shift_right(*biased, *extra, Rounding::Floor);
-            }
-            self.extra.copy_from_slice(extras);
+    /// `put` writes the sums of the beat.
+    #[inline]
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        valid: bool,
+        flag: bool,
+        put: impl FnOnce(&mut [i64]),
+    ) {
+        // The oldest slot becomes the newest.
+        self.newest = self.slot(self.stages - 1);
+        let rom = 1 + self.beat;
+        self.roms[self.newest] = rom;
+        let lanes = self.lanes;
+        let sums = &mut self.sums[self.newest * lanes..][..lanes];
+        put(sums);
+        let words = &mut self.words[self.newest * lanes..][..lanes];
+        let entries = &self.entries[rom * lanes..][..lanes];
+        let mut clipped = 0;
+        for ((word, sum), entry) in words.iter_mut().zip(sums).zip(entries) {
+            let value = ((*sum << self.product_shift) + entry.bias) >> entry.shift;
+            let value = value & !(value >> 63 & self.relu);
+            // Clamped without a branch, which random values would lead astray.
+            let (above, below) = (self.high - value, value - self.low);
+            let cut = (above & above >> 63) - (below & below >> 63);
+            *word = value + cut;
+            clipped |= cut;
         }
-        for ((biased, sum), bias) in self.biased.iter_mut().zip(&self.sums).zip(biases) {
-            *biased = (sum << self.product_shift) + bias;
-        }
-        self.sums.copy_from_slice(sums);
-        let mask = (1 << stages) - 1;
-        self.flag = (self.flag << 1 | u32::from(flag)) & mask;
-        self.flag |= u32::from(clipped) << (stages - 1);
+        self.clipped = self.clipped << 1 | u32::from(clipped != 0 && self.counts);
+        self.flag = self.flag << 1 | u32::from(flag);
         let keep = valid && self.beat < self.output_beats;
         self.valid = if reset {
             0
         } else {
-            (self.valid << 1 | u32::from(keep)) & mask
+            self.valid << 1 | u32::from(keep)
         };
-
-        self.rom = 1 + self.beat;
-        let last = self.beat + 1 == self.array_beats;
-        self.beat = match (reset, valid) {
-            (true, _) => 0,
-            (_, true) if last => 0,
-            (_, true) => self.beat + 1,
-            (_, false) => self.beat,
-        };
-    }
-
-    /// The last step of `hwg_requant`; true if a word was beyond its format.
-    fn saturate(&mut self) -> bool {
-        let values = if self.extra_bits > 0 {
-            &self.shifted
-        } else {
-            &self.biased
-        };
-        let (format, shift) = (self.pre, self.shift);
-        let mut clipped = false;
-        let lanes = self.words.iter_mut().zip(values);
-        let lanes = lanes.map(|(word, v)| (word, shift_right(*v, shift, Rounding::Floor)));
-        match self.activation {
-            Activation::Linear | Activation::Relu => {
-                let relu = self.activation == Activation::Relu;
-                for (word, value) in lanes {
-                    let z = format.saturate(if relu { value.max(0) } else { value });
-                    *word = z.code;
-                    clipped |= z.clipped;
-                }
-            }
-            Activation::Tanh | Activation::Sigmoid => {
-                // Clipping the argument of an odd function is no overflow.
-                let most = format.max_code();
-                lanes.for_each(|(word, value)| *word = value.clamp(-most, most));
-            }
+        if reset {
+            self.beat = 0;
+        } else if valid {
+            self.beat = if rom == self.array_beats { 0 } else { rom };
         }
-        clipped
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        let entries = |age| &self.entries[self.roms[self.slot(age)] * self.lanes..][..self.lanes];
+        let sums = |age| &self.sums[self.slot(age) * self.lanes..][..self.lanes];
+        let biased =
+            |age, lane: usize| (sums(age)[lane] << self.product_shift) + entries(age)[lane].bias;
         within(probe, format_args!("u_bias"), |probe| {
-            let own = self.rom * self.lanes..(self.rom + 1) * self.lanes;
-            let entries: Vec<i64> = self.biases[own.clone()]
-                .iter()
-                .zip(&self.extras[own])
-                .map(|(bias, extra)| {
-                    let high = u64::from(*extra) << self.biased_bits;
-                    (high | to_bits(*bias, self.biased_bits)).cast_signed()
-                })
-                .collect();
-            probe.words("data_q", self.biased_bits + self.extra_bits, &entries);
+            let codes = entries(0).iter().map(|entry| {
+                let high = u64::from(entry.extra) << self.biased_bits;
+                (high | to_bits(entry.bias, self.biased_bits)).cast_signed()
+            });
+            let codes: Vec<i64> = codes.collect();
+            probe.words("data_q", self.biased_bits + self.extra_bits, &codes);
         });
         within(probe, format_args!("u_requant"), |probe| {
             probe.count("beat_q", address_bits(self.array_beats), self.beat);
-            probe.words("sum_q", self.sum_bits, &self.sums);
-            probe.word("valid_q", self.stages(), self.valid.into());
-            probe.word("flag_q", self.stages(), self.flag.into());
-            for lane in 0..self.lanes {
+            probe.words("sum_q", self.sum_bits, sums(0));
+            let bits = register_bits(self.stages);
+            let (mask, top) = ((1 << bits) - 1, 1 << (bits - 1));
+            let flag = self.flag & mask | self.clipped & top;
+            probe.word("valid_q", bits, (self.valid & mask).into());
+            probe.word("flag_q", bits, flag.into());
+            for (lane, word) in self.words().iter().enumerate() {
                 within(probe, format_args!("g_lane[{lane}]"), |probe| {
-                    probe.word("biased_q", self.biased_bits, self.biased[lane]);
+                    probe.word("biased_q", self.biased_bits, biased(1, lane));
                     if self.extra_bits > 0 {
+                        let shifted = biased(2, lane) >> entries(2)[lane].extra.min(63);
                         within(probe, format_args!("g_extra"), |probe| {
-                            probe.word("extra_q", self.extra_bits, self.extra[lane].into());
-                            probe.word("shifted_q", self.biased_bits, self.shifted[lane]);
+                            let extra = entries(1)[lane].extra;
+                            probe.word("extra_q", self.extra_bits, extra.into());
+                            probe.word("shifted_q", self.biased_bits, shifted);
                         });
                     }
-                    probe.word("word_q", self.pre.width(), self.words[lane]);
+                    probe.word("word_q", self.word_bits, *word);
                 });
             }
         });
     }
 }
 
-/// `hwg_pwl` and its segment ROM.
-#[derive(Clone, Debug)]
-pub(super) struct Pwl {
-    table: Arc<OddTable>,
-    one: i64,
-    bits: u32,
-    magnitude: i64,
-    line: (i64, i64),
-    distance: i64,
-    mul: (i64, i64, i64),
-    offset: [i64; 2],
-    negative: u32,
-    sum: i64,
-    y: i64,
+/// Bits of a shift register of few stages.
+fn register_bits(stages: usize) -> u32 {
+    u32::try_from(stages).expect("a few stages")
 }
 
-impl Pwl {
+/// The activation units of a layer: `hwg_pwl` a lane, each with its segment ROM.
+///
+/// They too have neither enable nor reset: a value is worked out when its argument comes in and
+/// waits until it stands in `y_q`; what lies between is worked out only to be shown.
+///
+/// | age | registers |
+/// |---|---|
+/// | 0 | `magnitude_q`, `negative_q[0]` and so on to age 4 |
+/// | 1 | `data_q`, `distance_q` |
+/// | 2 | `a_q`, `b_q`, newer half of `offset_q` |
+/// | 3 | `p_q`, older half of `offset_q` |
+/// | 4 | `sum_q` |
+/// | 5 | `y_q` |
+///
+/// At power-up age 0 holds the argument 0, but `data_q` holds no line of the table: there and
+/// beyond are blanks, on a line of offset and slope 0, until they have left.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    table: Arc<OddTable>,
+    /// Of each segment: offset, in steps of `sum_q`, and slope.
+    lines: Vec<(i64, i64)>,
+    slope_bits: u32,
+    distance_bits: u32,
+    one: i64,
+    bits: u32,
+    lanes: usize,
+    /// Edges since power-up, as far as there may be blanks.
+    edges: usize,
+    /// Slot of age 0; greater ages follow.
+    newest: usize,
+    /// `[slot][unit]`
+    arguments: Vec<i64>,
+    /// `[slot][unit]`: what will be in `y_q`.
+    words: Vec<i64>,
+}
+
+impl Units {
     pub(super) fn new(layer: &Layer) -> Option<Self> {
         let table = Arc::clone(layer.quant.table.as_ref()?);
         let sigmoid = layer.quant.activation == Activation::Sigmoid;
-        Some(Self {
-            one: if sigmoid { 1 << table.fraction() } else { 0 },
+        let shift = table.slope_bits() - GUARD_BITS;
+        let one = if sigmoid { 1 << table.fraction() } else { 0 };
+        let lanes = layer.lanes;
+        let mut new = Self {
+            lines: table.lines().map(|(a, b)| (a << shift, b)).collect(),
+            slope_bits: table.slope_bits(),
+            distance_bits: table.distance_bits(),
+            one,
             table,
             bits: layer.quant.output.width(),
-            magnitude: 0,
-            line: (0, 0),
-            distance: 0,
-            mul: (0, 0, 0),
-            offset: [0; 2],
-            negative: 0,
-            sum: 0,
-            y: 0,
-        })
-    }
-
-    pub(super) fn word(&self) -> i64 {
-        self.y
-    }
-
-    pub(super) fn step(&mut self, z: i64) {
-        let table = &self.table;
-        let t = self.sum >> table.slope_bits();
-        self.y = if self.negative >> 4 & 1 == 1 {
-            self.one - t
-        } else {
-            self.one + t
+            lanes,
+            edges: 0,
+            newest: 0,
+            arguments: vec![0; ACTIVATION_LATENCY * lanes],
+            words: vec![one; ACTIVATION_LATENCY * lanes],
         };
-        self.sum = (self.offset[1] << (table.slope_bits() - GUARD_BITS)) + self.mul.2;
-        self.mul = (self.distance, self.line.1, self.mul.0 * self.mul.1);
-        self.offset = [self.line.0, self.offset[0]];
-        self.negative = (self.negative << 1 | u32::from(z < 0)) & 0b1_1111;
-        let segment = usize::try_from(self.magnitude >> table.distance_bits()).expect("magnitude");
-        self.line = table.line_of(segment);
-        self.distance = self.magnitude & ((1 << table.distance_bits()) - 1);
-        self.magnitude = z.abs();
+        let zero = new.value(0);
+        new.words[..lanes].fill(zero);
+        let oldest = new.words.len() - lanes;
+        new.words[oldest..].fill(0);
+        Some(new)
+    }
+
+    #[inline]
+    fn slot(&self, age: usize) -> usize {
+        let slot = self.newest + age;
+        if slot < ACTIVATION_LATENCY {
+            slot
+        } else {
+            slot - ACTIVATION_LATENCY
+        }
+    }
+
+    #[inline]
+    fn segment(&self, magnitude: i64) -> usize {
+        usize::try_from(magnitude >> self.distance_bits).expect("a magnitude")
+    }
+
+    #[inline]
+    fn distance(&self, magnitude: i64) -> i64 {
+        magnitude & ((1 << self.distance_bits) - 1)
+    }
+
+    /// What `y_q` will hold.
+    #[inline]
+    fn value(&self, z: i64) -> i64 {
+        let magnitude = z.abs();
+        let (offset, slope) = self.lines[self.segment(magnitude)];
+        let sum = offset + self.distance(magnitude) * slope;
+        let t = sum >> self.slope_bits;
+        // -1 or 0: in two's complement -t = ~t + 1.
+        let minus = z >> 63;
+        self.one + ((t ^ minus) - minus)
+    }
+
+    #[inline]
+    pub(super) fn words(&self) -> &[i64] {
+        &self.words[self.slot(ACTIVATION_LATENCY - 1) * self.lanes..][..self.lanes]
+    }
+
+    /// `arguments`: one z a unit.
+    #[inline]
+    pub(super) fn step(&mut self, arguments: &[i64]) {
+        self.edges = (self.edges + 1).min(ACTIVATION_LATENCY);
+        // The oldest slot becomes the newest.
+        self.newest = self.slot(ACTIVATION_LATENCY - 1);
+        let at = self.newest * self.lanes;
+        for (lane, z) in arguments.iter().enumerate() {
+            self.arguments[at + lane] = *z;
+            self.words[at + lane] = self.value(*z);
+        }
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        for (unit, y) in self.words().iter().enumerate() {
+            within(probe, format_args!("g_act[{unit}]"), |p| {
+                self.show_unit(p, unit, *y);
+            });
+        }
+    }
+
+    fn show_unit<P: Probe>(&self, probe: &mut P, unit: usize, y: i64) {
         let table = &self.table;
+        let argument = |age| self.arguments[self.slot(age) * self.lanes + unit];
+        let line = |age| {
+            if age > self.edges {
+                (0, 0)
+            } else {
+                table.line_of(self.segment(argument(age).abs()))
+            }
+        };
+        let part = |age| self.distance(argument(age).abs());
+        let negative = (0..5).map(|age| i64::from(argument(age) < 0) << age).sum();
+        let sum = (line(4).0 << (table.slope_bits() - GUARD_BITS)) + part(4) * line(4).1;
         let (distance, slope) = (table.distance_bits(), table.slope_width());
         within(probe, format_args!("u_segments"), |probe| {
-            let (a, b) = self.line;
+            let (a, b) = line(1);
             probe.fields("data_q", &[slope, table.offset_width()], &[b, a]);
         });
         within(probe, format_args!("u_pwl"), |probe| {
-            probe.word("magnitude_q", table.magnitude_bits(), self.magnitude);
-            probe.word("distance_q", distance, self.distance);
-            probe.words("offset_q", table.offset_width(), &self.offset);
-            probe.word("negative_q", 5, self.negative.into());
-            probe.word("sum_q", table.fraction() + table.slope_bits(), self.sum);
-            probe.word("y_q", self.bits, self.y);
+            probe.word("magnitude_q", table.magnitude_bits(), argument(0).abs());
+            probe.word("distance_q", distance, part(1));
+            probe.words("offset_q", table.offset_width(), &[line(2).0, line(3).0]);
+            probe.word("negative_q", 5, negative);
+            probe.word("sum_q", table.fraction() + table.slope_bits(), sum);
+            probe.word("y_q", self.bits, y);
             within(probe, format_args!("u_mul"), |probe| {
-                probe.word("a_q", distance + 1, self.mul.0);
-                probe.word("b_q", slope + 1, self.mul.1);
-                probe.word("p_q", distance + slope + 2, self.mul.2);
+                probe.word("a_q", distance + 1, part(2));
+                probe.word("b_q", slope + 1, line(2).1);
+                probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
             });
         });
     }

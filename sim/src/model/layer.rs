@@ -3,9 +3,9 @@
 use hwgen_spec::design::{Feed, Layer};
 use hwgen_spec::schedule::{ACTIVATION_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
 
-use super::array::{Array, Drain, Group};
+use super::array::{Array, Drain, Group, real};
 use super::feed::{Beats, Control, Replay};
-use super::finish::{Pwl, Requant};
+use super::finish::{Requant, Units};
 use super::probe::{Probe, within};
 
 /// A beat on a stream inside the stage.
@@ -26,9 +26,7 @@ enum Operands {
 #[derive(Clone, Debug)]
 pub(super) struct LayerModel {
     name: String,
-    x_bits: u32,
     feed: Operands,
-    operands: Vec<i64>,
     /// Control bits beside the array.
     control: Delay,
     array: Array,
@@ -36,27 +34,22 @@ pub(super) struct LayerModel {
     drain: Option<Drain>,
     requant: Requant,
     /// The activation units and the control bits beside them.
-    units: Vec<Pwl>,
-    unit_control: Option<Delay>,
-    words: Vec<i64>,
+    units: Option<(Units, Delay)>,
 }
 
 impl LayerModel {
     pub(super) fn new(layer: &Layer) -> Self {
         let bits = layer.quant.input.width();
         let (simd, synapse_folds) = (layer.fold.simd, layer.synapse_folds());
-        let units: Vec<Pwl> = (0..layer.lanes).filter_map(|_| Pwl::new(layer)).collect();
         let drains = layer.drain_beats() > 1;
         Self {
             name: layer.quant.name.clone(),
-            x_bits: bits,
             feed: match layer.feed {
                 Feed::Replay => {
                     Operands::Replay(Replay::new(simd, synapse_folds, layer.neuron_folds(), bits))
                 }
                 Feed::Direct => Operands::Direct(Beats::new(synapse_folds)),
             },
-            operands: vec![0; simd],
             control: Delay::new(
                 if layer.accumulates() { 4 } else { 2 },
                 ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
@@ -65,19 +58,18 @@ impl LayerModel {
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer),
-            unit_control: (!units.is_empty()).then(|| Delay::new(2, ACTIVATION_LATENCY)),
-            units,
-            words: vec![0; layer.lanes],
+            units: Units::new(layer).map(|units| (units, Delay::new(2, ACTIVATION_LATENCY))),
         }
     }
 
     /// What stands at the layer's output.
+    #[inline]
     pub(super) fn beat(&self) -> Beat<'_> {
-        match self.unit_control.as_ref().map(Delay::code) {
-            Some(control) => Beat {
-                valid: control & 2 != 0,
-                flag: control & 1 != 0,
-                words: &self.words,
+        match &self.units {
+            Some((units, control)) => Beat {
+                valid: control.code() & 2 != 0,
+                flag: control.code() & 1 != 0,
+                words: units.words(),
             },
             None => Beat {
                 valid: self.requant.valid(),
@@ -88,20 +80,13 @@ impl LayerModel {
     }
 
     /// `input`: the whole vector with its start bit, or the beat of the layer in front.
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, input: Beat<'_>) {
         // From the foot to the head, so that every cell still sees its neighbour of before.
-        if let Some(control) = &mut self.unit_control {
+        if let Some((units, control)) = &mut self.units {
             let code = u64::from(self.requant.valid()) << 1 | u64::from(self.requant.flag());
             control.step(reset, code);
-            for ((unit, z), word) in self
-                .units
-                .iter_mut()
-                .zip(self.requant.words())
-                .zip(&mut self.words)
-            {
-                unit.step(*z);
-                *word = unit.word();
-            }
+            units.step(self.requant.words());
         }
 
         let foot = self.control.code();
@@ -123,24 +108,41 @@ impl LayerModel {
             Some(group) => (group.done, group.flag),
             None => (at_foot.valid, at_foot.flag),
         };
+        let array = &self.array;
         match &mut self.drain {
             Some(drain) => {
-                self.requant
-                    .step(reset, drain.valid(), drain.flag(), drain.words());
-                drain.step(reset, done, done_flag, self.array.sums());
+                let (valid, flag) = (drain.valid(), drain.flag());
+                self.requant.step(reset, valid, flag, |sums| {
+                    sums.copy_from_slice(drain.words())
+                });
+                drain.step(reset, done, done_flag, |sums| array.sums(sums));
             }
-            None => self.requant.step(reset, done, done_flag, self.array.sums()),
+            None => {
+                self.requant
+                    .step(reset, done, done_flag, |sums| array.sums(sums));
+            }
         }
         if let Some(group) = &mut self.group {
             group.step(reset, at_foot);
         }
 
-        let (control, address) = match &self.feed {
-            Operands::Replay(replay) => (replay.control(), replay.address()),
-            Operands::Direct(beats) => (beats.control(input.valid, input.flag), beats.address()),
+        let (enable, first) = (at_foot.valid, at_foot.first);
+        let control = match &mut self.feed {
+            Operands::Replay(replay) => {
+                let control = replay.control();
+                let words = replay.words().iter().copied();
+                self.array.step(words, replay.address(), enable, first);
+                replay.step(reset, input.valid, input.flag, input.words);
+                control
+            }
+            Operands::Direct(beats) => {
+                let control = beats.control(input.valid, input.flag);
+                let words = input.words.iter().map(|word| real(*word));
+                self.array.step(words, beats.address(), enable, first);
+                beats.step(reset, input.valid);
+                control
+            }
         };
-        self.array
-            .step(&self.operands, address, at_foot.valid, at_foot.first);
         let code = if self.group.is_some() {
             u64::from(control.valid) << 3
                 | u64::from(control.first) << 2
@@ -150,16 +152,6 @@ impl LayerModel {
             u64::from(control.valid) << 1 | u64::from(control.flag)
         };
         self.control.step(reset, code);
-        match &mut self.feed {
-            Operands::Replay(replay) => {
-                self.operands.copy_from_slice(replay.words());
-                replay.step(reset, input.valid, input.flag, input.words);
-            }
-            Operands::Direct(beats) => {
-                self.operands.copy_from_slice(input.words);
-                beats.step(reset, input.valid);
-            }
-        }
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -172,7 +164,7 @@ impl LayerModel {
                     within(probe, format_args!("u_beats"), |p| beats.show(p));
                 }
             }
-            probe.words("operands_q", self.x_bits, &self.operands);
+            self.array.show_operands(probe);
             within(probe, format_args!("u_control"), |p| self.control.show(p));
             self.array.show(probe);
             if let Some(group) = &self.group {
@@ -182,11 +174,9 @@ impl LayerModel {
                 within(probe, format_args!("u_drain"), |p| drain.show(p));
             }
             self.requant.show(probe);
-            if let Some(control) = &self.unit_control {
+            if let Some((units, control)) = &self.units {
                 within(probe, format_args!("u_act_control"), |p| control.show(p));
-            }
-            for (i, unit) in self.units.iter().enumerate() {
-                within(probe, format_args!("g_act[{i}]"), |p| unit.show(p));
+                units.show(probe);
             }
         });
     }
@@ -197,6 +187,10 @@ impl LayerModel {
 struct Delay {
     width: u32,
     depth: u32,
+    /// Where the oldest entry begins.
+    foot: u32,
+    /// The bits of all entries.
+    all: u64,
     pipe: u64,
 }
 
@@ -208,21 +202,24 @@ impl Delay {
         Self {
             width,
             depth,
+            foot: width * (depth - 1),
+            all: u64::MAX >> (64 - width * depth),
             pipe: 0,
         }
     }
 
     /// What comes out.
+    #[inline]
     fn code(&self) -> u64 {
-        self.pipe >> (self.width * (self.depth - 1))
+        self.pipe >> self.foot
     }
 
+    #[inline]
     fn step(&mut self, reset: bool, code: u64) {
-        let all = u64::MAX >> (64 - self.width * self.depth);
         self.pipe = if reset {
             0
         } else {
-            (self.pipe << self.width | code) & all
+            (self.pipe << self.width | code) & self.all
         };
     }
 

@@ -89,16 +89,19 @@ impl StageModel {
     }
 
     /// Whether a frame that is offered starts.
+    #[inline]
     pub(super) fn ready(&self) -> bool {
         self.admit.ready()
     }
 
     /// Whether an answer is offered.
+    #[inline]
     pub(super) fn valid(&self) -> bool {
         self.frames.valid() && self.answers.iter().all(|(_, _, fifo)| fifo.valid())
     }
 
     /// Flags of the answer that is offered: error, saturated.
+    #[inline]
     pub(super) fn user(&self) -> i64 {
         let (clipped, error) = (self.frames.head()[0], self.frames.head()[1]);
         let saturated = self
@@ -109,6 +112,7 @@ impl StageModel {
     }
 
     /// Writes the words of the answer that is offered.
+    #[inline]
     pub(super) fn answer(&self, words: &mut [i64]) {
         let codes = self.answers.iter().flat_map(|(_, _, fifo)| {
             let head = fifo.head();
@@ -120,6 +124,7 @@ impl StageModel {
     }
 
     /// `leaves`: the answer that is offered is taken.
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, entry: Entry<'_>, leaves: bool) {
         let start = entry.valid && self.admit.ready();
         for (_, last, fifo) in &mut self.answers {

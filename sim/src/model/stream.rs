@@ -31,20 +31,24 @@ impl Fifo {
         }
     }
 
+    #[inline]
     pub(super) fn valid(&self) -> bool {
         self.valid
     }
 
+    #[inline]
     pub(super) fn ready(&self) -> bool {
         self.ready
     }
 
     /// The fields of the head.
+    #[inline]
     pub(super) fn head(&self) -> &[i64] {
         &self.slots[..self.fields]
     }
 
     /// `put` writes the fields of the word that is offered.
+    #[inline]
     pub(super) fn step(
         &mut self,
         reset: bool,
@@ -108,26 +112,32 @@ impl Ingress {
         }
     }
 
+    #[inline]
     pub(super) fn ready(&self) -> bool {
         self.slice.ready()
     }
 
+    #[inline]
     pub(super) fn full(&self) -> bool {
         self.full
     }
 
+    #[inline]
     pub(super) fn words(&self) -> &[i64] {
         &self.words
     }
 
+    #[inline]
     pub(super) fn clipped(&self) -> bool {
         self.clipped
     }
 
+    #[inline]
     pub(super) fn error(&self) -> bool {
         self.error
     }
 
+    #[inline]
     pub(super) fn step(
         &mut self,
         reset: bool,
@@ -200,10 +210,12 @@ impl Admit {
         }
     }
 
+    #[inline]
     pub(super) fn ready(&self) -> bool {
         self.ready
     }
 
+    #[inline]
     pub(super) fn step(&mut self, reset: bool, start: bool, release: bool) {
         if reset {
             (self.gap, self.credit, self.ready) = (0, self.credits, false);
@@ -254,11 +266,13 @@ impl Egress {
     }
 
     /// Whether a frame would be taken in this clock.
+    #[inline]
     pub(super) fn ready(&self) -> bool {
         self.left == 0 || (self.left == 1 && self.slice.ready())
     }
 
     /// The beat at the port, if there is one: data, user, last.
+    #[inline]
     pub(super) fn beat(&self) -> Option<(&[i64], i64, bool)> {
         let head = self.slice.head();
         let (data, rest) = head.split_at(self.beat_words);
@@ -266,6 +280,7 @@ impl Egress {
     }
 
     /// `put` writes the words of the frame that is loaded.
+    #[inline]
     pub(super) fn step(
         &mut self,
         reset: bool,
