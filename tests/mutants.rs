@@ -258,7 +258,7 @@ const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_requant.v",
         find: "value    = all_bits[BIASED_WIDTH-1:SHIFT];",
         replace: "value    = all_bits[BIASED_WIDTH-1:SHIFT] & ~{{(VALUE_WIDTH-1){1'b0}}, SHIFT > 0 && all_bits << (BIASED_WIDTH - SHIFT) == {BIASED_WIDTH{1'b0}}};",
-        signal: "mutant.u_mlp.u_a_l0.u_requant.g_lane[0].word_q",
+        signal: "mutant.u_mlp.u_shared_l0.u_requant.g_lane[2].word_q",
     },
     Mutant {
         name: "own shift without sign",
@@ -335,7 +335,7 @@ const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_requant.v",
         find: "      beat_q  <= {ADDRESS_WIDTH{1'b0}};",
         replace: "      beat_q  <= beat_q;",
-        signal: "mutant.u_mlp.u_shared_l0.u_requant.beat_q",
+        signal: "mutant.u_mlp.u_a_l0.u_requant.beat_q",
     },
     Mutant {
         name: "product not moved up",
