@@ -110,7 +110,9 @@ fn digest(design: &Design, pins: &[Pins]) -> u32 {
     for pins in pins {
         if let Some(beat) = model.output() {
             let low = to_bits(beat.data[0], design.sink().lane_bits) & u64::from(u32::MAX);
-            digest = digest.rotate_left(1) ^ u32::try_from(low).expect("masked");
+            let control = beat.user << 1 | i64::from(beat.last);
+            let control = u32::try_from(control).expect("three bits") << 29;
+            digest = digest.rotate_left(1) ^ control ^ u32::try_from(low).expect("masked");
         }
         model.step(pins);
     }
@@ -129,7 +131,8 @@ fn speed_bench(design: &Design, clocks: usize) -> String {
   reg [31:0] digest_q = 0;
   integer clocks_q = 0;
   wire [{}:0] m_axis_tdata;
-  wire m_axis_tvalid;
+  wire m_axis_tvalid, m_axis_tlast;
+  wire [1:0] m_axis_tuser;
   initial begin
     if ($value$plusargs(\"stimulus=%s\", path) == 0) $finish;
     $readmemh(path, lines);
@@ -137,7 +140,8 @@ fn speed_bench(design: &Design, clocks: usize) -> String {
   end
   always @(posedge clk_i)
     if (m_axis_tvalid)
-      digest_q <= {{digest_q[30:0], digest_q[31]}} ^ {{{{(32-{lane}){{1'b0}}}}, m_axis_tdata[{lane}-1:0]}};
+      digest_q <= {{digest_q[30:0], digest_q[31]}} ^ {{m_axis_tuser, m_axis_tlast, 29'b0}}
+        ^ m_axis_tdata[{}:0];
   always @(negedge clk_i) if ($time != 0) begin
     clocks_q <= clocks_q + 1;
     if (clocks_q == {last}) begin
@@ -149,12 +153,12 @@ fn speed_bench(design: &Design, clocks: usize) -> String {
   landing u_dut (
       .aclk(clk_i), .aresetn(pins_q[{top}]), .s_axis_tvalid(pins_q[{top}-1]),
       .s_axis_tlast(pins_q[{top}-2]), .m_axis_tready(pins_q[{top}-3]),
-      .s_axis_tdata(pins_q[{top}-4:0]), .s_axis_tready(), .m_axis_tlast(), .m_axis_tuser(),
+      .s_axis_tdata(pins_q[{top}-4:0]), .s_axis_tready(), .m_axis_tlast(m_axis_tlast), .m_axis_tuser(m_axis_tuser),
       .m_axis_tdata(m_axis_tdata), .m_axis_tvalid(m_axis_tvalid)
   );
 endmodule
 ",
         sink.data_bits() - 1,
-        lane = sink.lane_bits,
+        sink.lane_bits - 1,
     )
 }
