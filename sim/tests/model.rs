@@ -1,5 +1,6 @@
 //! The cycle model against the untimed values, over random designs and all flows.
 
+use hwgen_sim::model::{Model, Pins};
 use hwgen_sim::session;
 use hwgen_sim::stimulus::segments;
 use hwgen_spec::design::Design;
@@ -27,5 +28,39 @@ fn the_landing_design_answers_as_the_untimed_model_does() {
                 segment.name
             );
         }
+    }
+}
+
+/// Registers in between are worked out when they are looked at: no step may depend on a look.
+#[test]
+fn values_do_not_depend_on_having_been_looked_at() {
+    let text = include_bytes!("../../designs/landing/weights.json");
+    let net = weights::read(text).expect("the project's own weights");
+    let design = Design::new(&net, &Options::default()).expect("defaults work");
+    let values = |model: &Model| {
+        let mut row = Vec::new();
+        model.values(&mut row);
+        row
+    };
+    for segment in segments(&design, &[], 12, 1) {
+        let pins = session::run(&design, &segment).pins;
+        let (mut watched, mut alone) = (Model::new(&design), Model::new(&design));
+        for (clock, pins) in pins.iter().enumerate() {
+            // Now and then a reset in the middle of everything.
+            let reset_n = pins.reset_n && clock % 211 != 210;
+            let pins = Pins {
+                reset_n,
+                ..pins.clone()
+            };
+            watched.step(&pins);
+            alone.step(&pins);
+            let seen = values(&watched);
+            // The other one is looked at now and then, and only as a copy.
+            if clock < 40 || clock % 17 == 0 {
+                let copy = alone.clone();
+                assert_eq!(values(&copy), seen, "{}, edge {clock}", segment.name);
+            }
+        }
+        assert_eq!(values(&alone), values(&watched), "{}", segment.name);
     }
 }

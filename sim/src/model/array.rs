@@ -84,7 +84,7 @@ impl Array {
     }
 
     /// Operands and weights, `[block][simd]`, of `age` clocks ago.
-    #[inline]
+    #[inline(always)]
     fn history(&self, age: usize) -> (&[f64], &[Row]) {
         let slots = self.words.len();
         let slot = self.newest + age;

@@ -63,7 +63,7 @@ impl LayerModel {
     }
 
     /// What stands at the layer's output.
-    #[inline]
+    #[inline(always)]
     pub(super) fn beat(&self) -> Beat<'_> {
         match &self.units {
             Some((units, control)) => Beat {
