@@ -188,7 +188,7 @@ impl<'a> Driver<'a> {
             return;
         }
         let (latency, interval) = (self.design.latency_cycles(), self.design.interval_cycles());
-        self.until_reset = if self.resets % 2 == 0 {
+        self.until_reset = if self.resets.is_multiple_of(2) {
             latency + self.rng.random_range(1..=4 * interval + 8)
         } else {
             self.rng.random_range(1..=latency)
