@@ -75,8 +75,7 @@ impl QFormat {
     pub fn holding(width: u32, low: f64, high: f64) -> Result<Self, FormatError> {
         let magnitude = low.abs().max(high.abs());
         // The upper end is one step short of the power of two: try from fine to coarse.
-        // What is next to nothing counts as zero.
-        let mut integer = if magnitude < 1e-250 {
+        let mut integer = if magnitude == 0.0 {
             0
         } else {
             libm::ilogb(magnitude) - 1

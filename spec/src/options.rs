@@ -53,8 +53,8 @@ pub struct Options {
 pub const DEFAULT_WEIGHT_BITS: u32 = 16;
 /// Width of the words behind tanh and sigmoid.
 pub const DEFAULT_BOUNDED_BITS: u32 = 13;
-/// Width of the words behind hidden linear and ReLU layers.
-pub const DEFAULT_UNBOUNDED_BITS: u32 = 16;
+/// Width of the words behind hidden linear and ReLU layers: the operand of most DSP blocks.
+pub const DEFAULT_UNBOUNDED_BITS: u32 = 18;
 /// Width of the output words.
 pub const DEFAULT_OUTPUT_BITS: u32 = 24;
 /// Width of the input words where the file gives no resolution.

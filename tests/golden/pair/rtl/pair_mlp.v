@@ -64,7 +64,7 @@ module pair_mlp (
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
   wire shared_l0_valid;
   wire shared_l0_flag;
-  wire [15:0] shared_l0_words;
+  wire [17:0] shared_l0_words;
   pair_shared_l0 u_shared_l0 (
     .clk_i   (clk_i),
     .rst_ni  (rst_ni),
@@ -77,11 +77,11 @@ module pair_mlp (
   );
   wire shared_l0_start;
   wire shared_l0_clipped;
-  wire [111:0] shared_l0_vector;
+  wire [125:0] shared_l0_vector;
   hwg_gather #(
     .WORDS(7),
     .LANES(1),
-    .WIDTH(16)
+    .WIDTH(18)
   ) u_shared_l0_gather (
     .clk_i   (clk_i),
     .rst_ni  (rst_ni),
@@ -192,7 +192,7 @@ module pair_mlp (
   // Layer size_l0: 7 to 3 relu, 1 x 2 multipliers for 12 clocks.
   wire size_l0_valid;
   wire size_l0_flag;
-  wire [15:0] size_l0_words;
+  wire [17:0] size_l0_words;
   pair_size_l0 u_size_l0 (
     .clk_i   (clk_i),
     .rst_ni  (rst_ni),

@@ -25,12 +25,12 @@ module pair_shared_l0_w0 (
       4'd5 : data_q <= 27'h002a9cb;  // neuron 2, inputs 4..3
       4'd6 : data_q <= 27'h55ae864;  // neuron 3, inputs 2..0
       4'd7 : data_q <= 27'h0018984;  // neuron 3, inputs 4..3
-      4'd8 : data_q <= 27'h7cffe04;  // neuron 4, inputs 2..0
-      4'd9 : data_q <= 27'h003f5d7;  // neuron 4, inputs 4..3
-      4'd10: data_q <= 27'h7dbfbfc;  // neuron 5, inputs 2..0
-      4'd11: data_q <= 27'h000120b;  // neuron 5, inputs 4..3
-      4'd12: data_q <= 27'h7f40000;  // neuron 6, inputs 2..0
-      4'd13: data_q <= 27'h003fa03;  // neuron 6, inputs 4..3
+      4'd8 : data_q <= 27'h737f810;  // neuron 4, inputs 2..0
+      4'd9 : data_q <= 27'h003d35c;  // neuron 4, inputs 4..3
+      4'd10: data_q <= 27'h767edf0;  // neuron 5, inputs 2..0
+      4'd11: data_q <= 27'h000482e;  // neuron 5, inputs 4..3
+      4'd12: data_q <= 27'h7d003ff;  // neuron 6, inputs 2..0
+      4'd13: data_q <= 27'h003ec0c;  // neuron 6, inputs 4..3
       default: data_q <= 27'h0;
     endcase
   end

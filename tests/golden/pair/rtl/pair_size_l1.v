@@ -4,7 +4,7 @@
 // Function:  y = linear(W x + b): 1 neuron x 1 input a clock, 3 clocks a frame;
 //            the words of the layer before are used as they come.
 //            A sum takes 3 clocks and is kept in an accumulator.
-// Format:    x Q2.13, W Q4.4, y Q6.13 (20 bits).
+// Format:    x Q2.15, W Q4.4, y Q6.13 (20 bits).
 // Latency:   4 clocks from an operand to its sum, 3 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q6.13 raises flag_o.
 // Reset:     control bits only.
@@ -17,7 +17,7 @@ module pair_size_l1 (
   input  wire        rst_ni,
   input  wire        valid_i,
   input  wire        flag_i,    // a word before was clipped
-  input  wire [15:0] words_i,
+  input  wire [17:0] words_i,
   output wire        valid_o,
   output wire        flag_o,
   output wire [19:0] words_o
@@ -39,7 +39,7 @@ module pair_size_l1 (
   );
 
   // The operands wait for the weight ROMs.
-  reg [15:0] operands_q = {16{1'b0}};
+  reg [17:0] operands_q = {18{1'b0}};
   always @(posedge clk_i) operands_q <= words_i;
 
   // Control bits keep pace with ROM, multipliers and adder tree.
@@ -71,7 +71,7 @@ module pair_size_l1 (
   );
 
   // The array: neuron p in processing element p.
-  wire [24:0] sums;
+  wire [26:0] sums;
 
   wire [8:0] weights0;
   pair_size_l1_w0 u_w0 (
@@ -85,12 +85,12 @@ module pair_size_l1 (
     .first_i   (tree_first),
     .operands_i(operands_q),
     .weights_i (weights0),
-    .sum_o     (sums[0 +: 25])
+    .sum_o     (sums[0 +: 27])
   );
 
   // Bias, shift, rounding, saturation: sums to Q6.13.
   wire [0:0] beat;
-  wire [24:0] entries;
+  wire [26:0] entries;
   pair_size_l1_bias u_bias (
     .clk_i    (clk_i),
     .address_i(beat),
@@ -98,11 +98,11 @@ module pair_size_l1 (
   );
   hwg_requant #(
     .LANES        (1),
-    .SUM_WIDTH    (25),
-    .BIASED_WIDTH (25),
+    .SUM_WIDTH    (27),
+    .BIASED_WIDTH (27),
     .PRODUCT_SHIFT(0),
     .EXTRA_WIDTH  (0),
-    .SHIFT        (4),
+    .SHIFT        (6),
     .WIDTH        (20),
     .SATURATION   (0),
     .ARRAY_BEATS  (1),

@@ -4,7 +4,7 @@
 // Function:  y = tanh(W x + b): 3 neurons x 1 input a clock, 14 clocks a frame;
 //            the vector is held and offered 2 times, once for each group of neurons.
 //            A sum takes 7 clocks and is kept in an accumulator.
-// Format:    x Q1.14, W Q1.7, y Q0.12 (13 bits).
+// Format:    x Q1.16, W Q1.7, y Q0.12 (13 bits).
 // Latency:   4 clocks from an operand to its sum, 1 to 3 in the drain, 10 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q0.12 raises flag_o. Here none can be.
 // Reset:     control bits only.
@@ -17,7 +17,7 @@ module pair_turn_l0 (
   input  wire         rst_ni,
   input  wire         start_i,   // the vector is whole
   input  wire         flag_i,    // a word before was clipped
-  input  wire [111:0] vector_i,
+  input  wire [125:0] vector_i,
   output wire         valid_o,
   output wire         flag_o,
   output wire [12:0]  words_o
@@ -27,12 +27,12 @@ module pair_turn_l0 (
   wire first;
   wire last;
   wire flag;
-  wire [15:0] operands;
+  wire [17:0] operands;
   wire [3:0] address;
   hwg_replay #(
     .WORDS        (7),
     .SIMD         (1),
-    .WIDTH        (16),
+    .WIDTH        (18),
     .SYNAPSE_FOLDS(7),
     .NEURON_FOLDS (2),
     .ADDRESS_WIDTH(4)
@@ -51,7 +51,7 @@ module pair_turn_l0 (
   );
 
   // The operands wait for the weight ROMs.
-  reg [15:0] operands_q = {16{1'b0}};
+  reg [17:0] operands_q = {18{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with ROM, multipliers and adder tree.
@@ -83,7 +83,7 @@ module pair_turn_l0 (
   );
 
   // The array: neuron 3 * g + p in processing element p, group g of 2.
-  wire [80:0] sums;
+  wire [86:0] sums;
 
   wire [8:0] weights0;
   pair_turn_l0_w0 u_w0 (
@@ -97,7 +97,7 @@ module pair_turn_l0 (
     .first_i   (tree_first),
     .operands_i(operands_q),
     .weights_i (weights0),
-    .sum_o     (sums[0 +: 27])
+    .sum_o     (sums[0 +: 29])
   );
 
   wire [8:0] weights1;
@@ -112,7 +112,7 @@ module pair_turn_l0 (
     .first_i   (tree_first),
     .operands_i(operands_q),
     .weights_i (weights1),
-    .sum_o     (sums[27 +: 27])
+    .sum_o     (sums[29 +: 29])
   );
 
   wire [8:0] weights2;
@@ -127,17 +127,17 @@ module pair_turn_l0 (
     .first_i   (tree_first),
     .operands_i(operands_q),
     .weights_i (weights2),
-    .sum_o     (sums[54 +: 27])
+    .sum_o     (sums[58 +: 29])
   );
 
   // 1 of the 3 sums leave a clock.
   wire lanes_valid;
   wire lanes_flag;
-  wire [26:0] lane_sums;
+  wire [28:0] lane_sums;
   hwg_drain #(
     .WORDS(3),
     .LANES(1),
-    .WIDTH(27)
+    .WIDTH(29)
   ) u_drain (
     .clk_i  (clk_i),
     .rst_ni (rst_ni),
@@ -151,7 +151,7 @@ module pair_turn_l0 (
 
   // Bias, shift, rounding, saturation: sums to Q2.12.
   wire [2:0] beat;
-  wire [28:0] entries;
+  wire [30:0] entries;
   pair_turn_l0_bias u_bias (
     .clk_i    (clk_i),
     .address_i(beat),
@@ -162,11 +162,11 @@ module pair_turn_l0 (
   wire [14:0] z;
   hwg_requant #(
     .LANES        (1),
-    .SUM_WIDTH    (27),
-    .BIASED_WIDTH (27),
+    .SUM_WIDTH    (29),
+    .BIASED_WIDTH (29),
     .PRODUCT_SHIFT(0),
     .EXTRA_WIDTH  (2),
-    .SHIFT        (9),
+    .SHIFT        (11),
     .WIDTH        (15),
     .SATURATION   (2),
     .ARRAY_BEATS  (6),
