@@ -1,7 +1,7 @@
 //! What hwgen computes, in which format, in which cycle: the contract that generator and model meet in.
 //!
 //! [`weights`] reads a file into a float [`network`]; [`quantize`] turns it into integers whose
-//! words have a [`format`]; [`eval`] computes with them, untimed; [`folding`] and [`schedule`]
+//! words have a [`mod@format`]; [`eval`] computes with them, untimed; [`folding`] and [`schedule`]
 //! lay them out in hardware and time; a [`design::Design`] is all of that, checked.
 //!
 //! The worked example stands at [`design::Design`].
