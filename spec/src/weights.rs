@@ -33,6 +33,7 @@ mod layer;
 mod name;
 mod write;
 
+pub use name::check_name;
 pub use write::to_json;
 
 /// What stands under `format` in a file of this version.
@@ -67,6 +68,11 @@ pub const MIN_WORD_BITS: u32 = 2;
 
 /// Widest word of weights and activations that a layer's `format` may fix.
 pub const MAX_WORD_BITS: u32 = 24;
+
+const LIMITS: json::Limits = json::Limits {
+    bytes: MAX_BYTES,
+    depth: MAX_DEPTH,
+};
 
 const ROOT_KEYS: &[&str] = &["format", "name", "inputs", "shared", "networks"];
 const INPUT_KEYS: &[&str] = &[
@@ -138,11 +144,7 @@ impl WeightsError {
 /// # Errors
 /// The first [`WeightsError`] found: limits and encoding, then syntax, then the content.
 pub fn read(text: &[u8]) -> Result<FloatNet, WeightsError> {
-    let limits = json::Limits {
-        bytes: MAX_BYTES,
-        depth: MAX_DEPTH,
-    };
-    Ok(net(json::parse(text, limits)?)?)
+    Ok(net(json::parse(text, LIMITS)?)?)
 }
 
 fn net(root: Node<'_>) -> Result<FloatNet, Fault> {

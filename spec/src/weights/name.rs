@@ -23,6 +23,21 @@ pub(super) fn design(node: Node<'_>) -> Result<String, Fault> {
     Ok(name)
 }
 
+/// Whether a text will do as the name of a design; if not, what was expected and found.
+///
+/// # Errors
+/// If a weights file with this name would be refused.
+pub fn check_name(name: &str) -> Result<(), String> {
+    let text = serde_json::Value::from(name).to_string();
+    let limits = super::LIMITS;
+    let told = |fault: Fault| match fault.help {
+        Some(help) => format!("{} ({help})", fault.message),
+        None => fault.message,
+    };
+    let node = crate::json::parse(text.as_bytes(), limits).map_err(told)?;
+    design(node).map(|_| ()).map_err(told)
+}
+
 /// Name of a network that must differ from those before; it joins them.
 pub(super) fn network<'a>(
     node: Node<'a>,

@@ -1,0 +1,10 @@
+//! The landing problem: where is the camera, given the pixels of a few known landmarks?
+//!
+//! This crate knows cameras and poses, and no bits: it makes the samples, trains the networks
+//! that `hwgen-spec` describes, and says how good any answer can be.
+
+pub mod error;
+pub mod frames;
+pub mod observe;
+pub mod sample;
+pub mod scene;
