@@ -1,0 +1,16 @@
+//! Training: samples of a scene to the networks that answer it.
+
+mod cholesky;
+pub mod data;
+pub mod learner;
+mod levenberg;
+mod perceptron;
+pub mod recipe;
+mod rprop;
+mod tanh;
+mod training;
+
+pub use levenberg::Levenberg;
+pub use perceptron::{Batch, Perceptron, Shape, Slope};
+pub use rprop::Rprop;
+pub use training::{Checkpoint, NETWORKS, RESOLUTION_PX, Training};

@@ -1,0 +1,175 @@
+//! What a training is made of.
+
+use serde::{Deserialize, Serialize};
+
+/// How the weights are sought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimizer {
+    /// Resilient propagation over all samples, the method's own.
+    Rprop,
+    /// Levenberg and Marquardt's second-order steps over all samples.
+    Levenberg,
+}
+
+/// What stands in front of the perceptrons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Front {
+    /// Each pixel coordinate to mean zero and variance one; folded into the first layer.
+    Standardize,
+    /// A linear layer that both networks share: pixels along their principal axes, each to
+    /// variance one.
+    Whiten,
+}
+
+/// What a sample is to be answered with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Target {
+    /// The pose that it was drawn from.
+    Truth,
+    /// The mean of the poses that it may come from.
+    Posterior,
+}
+
+/// A training, but for the scene and the seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Hidden neurons of each network.
+    pub hidden: usize,
+    /// Samples, those of the validation set among them.
+    pub samples: usize,
+    /// Noise of the samples, one level after the other.
+    pub noise_px: Vec<f64>,
+    /// How the weights are sought.
+    pub optimizer: Optimizer,
+    /// What stands in front.
+    pub front: Front,
+    /// What is learnt.
+    pub target: Target,
+    /// Draws from the posterior for each noise level and sample.
+    pub posterior_draws: usize,
+    /// Whether a squared error counts by one over the length of what is sought and over its
+    /// noise, so that what is least is near to the relative error against the limit.
+    pub relative: bool,
+    /// Half this times the weights' square is added to the loss.
+    pub weight_decay: f64,
+    /// Most epochs: passes over all samples.
+    pub epochs: usize,
+    /// Epochs without a better validation loss after which training stops.
+    pub patience: usize,
+}
+
+/// Every fifth sample validates, as in the method.
+pub const VALIDATION_EVERY: usize = 5;
+
+/// Most hidden neurons.
+pub const MAX_HIDDEN: usize = 4096;
+
+/// Most samples: what 24 GB hold with room to spare.
+pub const MAX_SAMPLES: usize = 10_000_000;
+
+/// A recipe that makes no sense.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field}: {reason}")]
+pub struct RecipeError {
+    /// The field of [`Recipe`].
+    pub field: &'static str,
+    /// What was expected, and what was found.
+    pub reason: String,
+}
+
+impl Recipe {
+    /// The method's own recipe: standardised pixels without noise, 10,000 samples, RPROP with
+    /// weight decay, a fifth for validation and early stopping.
+    pub fn paper() -> Self {
+        Self {
+            hidden: 256,
+            samples: 10_000,
+            noise_px: vec![0.0],
+            optimizer: Optimizer::Rprop,
+            front: Front::Standardize,
+            target: Target::Truth,
+            posterior_draws: 0,
+            relative: false,
+            weight_decay: 1e-7,
+            epochs: 5_000,
+            patience: 200,
+        }
+    }
+
+    /// What measures best: whitened pixels with noise of many levels, the posterior mean as the
+    /// target, second-order steps.
+    pub fn best() -> Self {
+        Self {
+            hidden: 256,
+            samples: 25_000,
+            noise_px: vec![0.0, 0.1, 0.3, 0.6, 1.0, 1.6, 2.3, 3.0, 4.0, 5.0],
+            optimizer: Optimizer::Levenberg,
+            front: Front::Whiten,
+            target: Target::Posterior,
+            posterior_draws: 64,
+            relative: true,
+            weight_decay: 0.0,
+            epochs: 30,
+            patience: 10,
+        }
+    }
+
+    /// How much a sample's squared error counts for its noise.
+    ///
+    /// What cannot be known grows with the noise; an error of the network on top of it matters as
+    /// far as it is not small against that.
+    pub(super) fn noise_weight(&self, noise_px: f64) -> f64 {
+        const KNEE_PX: f64 = 0.3;
+        const POWER: f64 = 1.2;
+        if self.relative {
+            (KNEE_PX + noise_px).powf(-POWER)
+        } else {
+            1.0
+        }
+    }
+
+    /// Checks what can be checked without the scene.
+    ///
+    /// # Errors
+    /// The first field that makes no sense.
+    pub fn check(&self) -> Result<(), RecipeError> {
+        let count = |field, value: usize, least: usize, most: usize| {
+            if (least..=most).contains(&value) {
+                Ok(())
+            } else {
+                Err(RecipeError {
+                    field,
+                    reason: format!("a number from {least} to {most} expected, {value} found"),
+                })
+            }
+        };
+        count("hidden", self.hidden, 1, MAX_HIDDEN)?;
+        count("samples", self.samples, 100, MAX_SAMPLES)?;
+        count("epochs", self.epochs, 1, usize::MAX)?;
+        count("patience", self.patience, 1, usize::MAX)?;
+        if self.noise_px.is_empty() {
+            return Err(RecipeError {
+                field: "noise",
+                reason: "one level or more expected, none found".into(),
+            });
+        }
+        for level in &self.noise_px {
+            if !(level.is_finite() && *level >= 0.0) {
+                return Err(RecipeError {
+                    field: "noise",
+                    reason: format!("levels of zero or more pixels expected, {level} found"),
+                });
+            }
+        }
+        if !(self.weight_decay.is_finite() && self.weight_decay >= 0.0) {
+            return Err(RecipeError {
+                field: "weight_decay",
+                reason: format!("zero or more expected, {} found", self.weight_decay),
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,264 @@
+//! A training from the scene to a weights file's content, epoch by epoch.
+
+use hwgen_spec::network::{
+    Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
+};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::data::{Conditioning, Dataset, Teacher};
+use super::learner::{Diverged, Learner};
+use super::perceptron::{Batch, Shape, output_part};
+use super::recipe::{Front, Recipe, Target, VALIDATION_EVERY};
+use crate::sample::Sampler;
+use crate::scene::Scene;
+use crate::solve::bayes::{Bayes, NoiseLevel};
+
+/// Names of the two networks, their outputs and the unit of these.
+pub const NETWORKS: [(&str, [&str; 3], &str); 2] = [
+    ("position", ["x", "y", "z"], "m"),
+    ("orientation", ["rx", "ry", "rz"], "rad"),
+];
+
+/// Step of the pixel coordinates that the hardware is to represent.
+///
+/// # Units
+/// px
+pub const RESOLUTION_PX: f64 = 1.0 / 64.0;
+
+/// Smallest noise that the posterior takes into account: finer structure cannot be fitted.
+///
+/// # Units
+/// px
+const FINEST_LEVEL_PX: f64 = 0.05;
+
+/// What a checkpoint holds beside the scene: with the same scene the training goes on as if it had
+/// not been interrupted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// The recipe.
+    pub recipe: Recipe,
+    /// The seed.
+    pub seed: u64,
+    /// The two networks.
+    pub learners: [Learner; 2],
+}
+
+/// A training under way.
+#[derive(Debug)]
+pub struct Training<'a> {
+    scene: &'a Scene,
+    checkpoint: Checkpoint,
+    conditioning: Conditioning,
+    tasks: [Task; 2],
+}
+
+/// What one network learns.
+#[derive(Debug)]
+struct Task {
+    train: Batch,
+    validation: Batch,
+    /// Outputs are the targets less this, over the scale.
+    mean: DVector<f64>,
+    scale: f64,
+}
+
+impl<'a> Training<'a> {
+    /// Draws the samples and puts random weights into the networks.
+    pub fn new(sampler: &Sampler<'a>, recipe: Recipe, seed: u64) -> Self {
+        let shape = Shape {
+            inputs: sampler.scene().inputs(),
+            hidden: recipe.hidden,
+            outputs: 3,
+        };
+        let learners = [0, 1].map(|k| Learner::new(shape, recipe.optimizer, seed.wrapping_add(k)));
+        Self::resume(
+            sampler,
+            Checkpoint {
+                recipe,
+                seed,
+                learners,
+            },
+        )
+    }
+
+    /// Goes on from a checkpoint of the same scene and seed; the samples are drawn anew.
+    pub fn resume(sampler: &Sampler<'a>, checkpoint: Checkpoint) -> Self {
+        let recipe = &checkpoint.recipe;
+        let data = draw(sampler, recipe, checkpoint.seed);
+        let conditioning = match recipe.front {
+            Front::Standardize => Conditioning::standardizing(&data.pixels),
+            Front::Whiten => Conditioning::whitening(&data.pixels),
+        };
+        let features = conditioning.apply(&data.pixels);
+        let tasks = [0, 1].map(|k| Task::new(recipe, &data, &features, k));
+        Self {
+            scene: sampler.scene(),
+            checkpoint,
+            conditioning,
+            tasks,
+        }
+    }
+
+    /// One epoch of the first network that has not ended; its index, or `None` if both have.
+    ///
+    /// # Errors
+    /// If the training diverges.
+    pub fn epoch(&mut self) -> Result<Option<usize>, Diverged> {
+        let Checkpoint {
+            recipe, learners, ..
+        } = &mut self.checkpoint;
+        for (k, learner) in learners.iter_mut().enumerate() {
+            if learner.stop().is_none() {
+                let task = &self.tasks[k];
+                learner.epoch(recipe, &task.train, &task.validation)?;
+                return Ok(Some(k));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The state, to be kept.
+    pub fn checkpoint(&self) -> &Checkpoint {
+        &self.checkpoint
+    }
+
+    /// The networks as they are best so far, as a weights file says it.
+    pub fn net(&self) -> FloatNet {
+        let (inputs, shared) = self.front();
+        FloatNet {
+            name: self.scene.name().to_string(),
+            inputs,
+            shared,
+            networks: (0..2).map(|k| self.network(k)).collect(),
+        }
+    }
+
+    fn front(&self) -> (Inputs, Vec<FloatLayer>) {
+        let camera = self.scene.camera();
+        let count = self.scene.inputs();
+        let features = self.conditioning.matrix.nrows();
+        let mean = self.conditioning.mean_px.as_slice().to_vec();
+        let (scale, shared) = match self.checkpoint.recipe.front {
+            Front::Standardize => {
+                let diagonal = self.conditioning.matrix.diagonal();
+                (diagonal.as_slice().to_vec(), Vec::new())
+            }
+            Front::Whiten => {
+                let layer = FloatLayer {
+                    activation: Activation::Linear,
+                    weights: self.conditioning.matrix.clone(),
+                    bias: vec![0.0; features],
+                    format: LayerFormat::default(),
+                };
+                (vec![1.0; count], vec![layer])
+            }
+        };
+        let inputs = Inputs {
+            names: self.scene.input_names(),
+            unit: "px".into(),
+            min: vec![0.0; count],
+            max: [camera.height_px, camera.width_px].repeat(count / 2),
+            offset: mean,
+            scale,
+            resolution: Some(RESOLUTION_PX),
+        };
+        (inputs, shared)
+    }
+
+    fn network(&self, k: usize) -> Network {
+        let (name, outputs, unit) = NETWORKS[k];
+        let learner = &self.checkpoint.learners[k];
+        let (shape, parameters) = (learner.shape(), learner.best());
+        let (hidden, inputs) = (shape.hidden, shape.inputs);
+        let all = DMatrix::from_column_slice(
+            hidden,
+            inputs + 1,
+            &parameters.as_slice()[..shape.hidden_parameters()],
+        );
+        let first = FloatLayer {
+            activation: Activation::Tanh,
+            weights: all.columns(0, inputs).into_owned(),
+            bias: all.column(inputs).as_slice().to_vec(),
+            format: LayerFormat::default(),
+        };
+        let rows: Vec<_> = (0..shape.outputs)
+            .map(|o| output_part(shape, &parameters, o))
+            .collect();
+        let last = FloatLayer {
+            activation: Activation::Linear,
+            weights: DMatrix::from_fn(shape.outputs, hidden, |o, j| rows[o][j]),
+            bias: rows.iter().map(|row| row[hidden]).collect(),
+            format: LayerFormat::default(),
+        };
+        let task = &self.tasks[k];
+        Network {
+            name: name.into(),
+            layers: vec![first, last],
+            outputs: Outputs {
+                names: outputs.map(str::to_string).to_vec(),
+                unit: unit.into(),
+                scale: vec![task.scale; 3],
+                offset: task.mean.as_slice().to_vec(),
+            },
+        }
+    }
+}
+
+fn draw(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> Dataset {
+    let levels: Vec<NoiseLevel> = recipe
+        .noise_px
+        .iter()
+        .map(|level| NoiseLevel {
+            sigma_px: level.max(FINEST_LEVEL_PX),
+            probability: 1.0,
+        })
+        .collect();
+    let bayes = Bayes::new(sampler.scene(), &levels, recipe.posterior_draws, seed);
+    let teacher = match recipe.target {
+        Target::Truth => Teacher::Truth,
+        Target::Posterior => Teacher::Posterior(&bayes),
+    };
+    Dataset::draw(sampler, teacher, &recipe.noise_px, 0..recipe.samples as u64)
+}
+
+impl Task {
+    fn new(recipe: &Recipe, data: &Dataset, features: &DMatrix<f64>, k: usize) -> Self {
+        let mut targets = data.targets[k].clone();
+        let mean = targets.column_mean();
+        for mut column in targets.column_iter_mut() {
+            column -= &mean;
+        }
+        let scale = (targets.norm_squared() / targets.len() as f64).sqrt();
+        targets /= scale;
+        let weights: Vec<f64> = data.relative[k]
+            .iter()
+            .zip(&data.noise_px)
+            .map(|(relative, noise)| {
+                if recipe.relative {
+                    relative * recipe.noise_weight(*noise)
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        // Levels follow one another, so a whole run of them is kept back at a time.
+        let levels = recipe.noise_px.len();
+        let (kept, learnt): (Vec<usize>, Vec<usize>) =
+            (0..data.len()).partition(|i| (i / levels) % VALIDATION_EVERY == VALIDATION_EVERY - 1);
+        let part = |at: &[usize]| {
+            let weights: Vec<f64> = at.iter().map(|i| weights[*i]).collect();
+            Batch::new(
+                &features.select_columns(at),
+                &targets.select_columns(at),
+                &weights,
+            )
+        };
+        Self {
+            train: part(&learnt),
+            validation: part(&kept),
+            mean,
+            scale,
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Training: slopes, optimisers, a short training, and resuming.
+
+mod support;
+
+use hwgen_pose::sample::{NoiseShape, Sampler};
+use hwgen_pose::train::learner::Stop;
+use hwgen_pose::train::recipe::{Optimizer, Recipe};
+use hwgen_pose::train::{Batch, Levenberg, Perceptron, Rprop, Shape, Training};
+use hwgen_spec::network::FloatNet;
+use nalgebra::{DMatrix, DVector};
+use support::landing;
+
+const SHAPE: Shape = Shape {
+    inputs: 3,
+    hidden: 5,
+    outputs: 2,
+};
+
+/// Inputs that fill a cube evenly.
+fn inputs(samples: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(SHAPE.inputs, samples, |i, n| {
+        let turn = (n as f64 + 0.5) * [0.618_034, 0.414_214, 0.732_051][i];
+        4.0 * turn.fract() - 2.0
+    })
+}
+
+fn answers(parameters: &DVector<f64>, inputs: &DMatrix<f64>) -> DMatrix<f64> {
+    let net = Perceptron::new(SHAPE, parameters);
+    let with_one = inputs.map(|x| x as f32).insert_row(SHAPE.inputs, 1.0);
+    let words = net.hidden_words(&with_one.columns(0, inputs.ncols()));
+    (net.output.transpose() * words).map(f64::from)
+}
+
+/// A network whose outputs depend on every weight.
+fn busy(seed: u64) -> DVector<f64> {
+    let mut parameters = SHAPE.random(seed);
+    for (i, p) in parameters.iter_mut().enumerate() {
+        *p += ((i * 7 % 11) as f64 - 5.0) / 8.0;
+    }
+    parameters
+}
+
+/// A batch of several blocks with uneven weights.
+fn batch() -> Batch {
+    let inputs = inputs(700);
+    let weights: Vec<f64> = (0..700).map(|n| 0.5 + (n % 3) as f64).collect();
+    Batch::new(&inputs, &answers(&busy(2), &inputs), &weights)
+}
+
+#[test]
+fn slopes_are_those_of_finite_differences() {
+    let batch = batch();
+    let at = busy(1);
+    let slope = batch.slope(&Perceptron::new(SHAPE, &at));
+    assert!((slope.loss - batch.loss(&Perceptron::new(SHAPE, &at))).abs() < 1e-6 * slope.loss);
+    let step = 1e-2;
+    for i in 0..at.len() {
+        let loss = |by: f64| {
+            let mut moved = at.clone();
+            moved[i] += by;
+            batch.loss(&Perceptron::new(SHAPE, &moved))
+        };
+        // Fourth order, so that the step can be large against single precision.
+        let difference = (8.0 * (loss(step) - loss(-step))
+            - (loss(2.0 * step) - loss(-2.0 * step)))
+            / (12.0 * step);
+        let error = (difference - slope.gradient[i]).abs();
+        assert!(
+            error < 2e-4 * (1.0 + difference.abs()),
+            "{i}: {difference} {}",
+            slope.gradient[i]
+        );
+    }
+}
+
+#[test]
+fn levenberg_finds_a_network_that_gave_the_answers() {
+    let batch = batch();
+    let mut at = busy(2);
+    for (i, p) in at.iter_mut().enumerate() {
+        *p += 0.1 * ((i % 5) as f64 - 2.0);
+    }
+    let mut levenberg = Levenberg::default();
+    let first = batch.loss(&Perceptron::new(SHAPE, &at));
+    let mut steps = 0;
+    while steps < 40 && levenberg.step(SHAPE, &mut at, &batch, 0.0).is_some() {
+        steps += 1;
+    }
+    let last = batch.loss(&Perceptron::new(SHAPE, &at));
+    assert!(
+        first > 1e-3 && last < 1e-11,
+        "{first} to {last} in {steps} steps"
+    );
+}
+
+#[test]
+fn rprop_goes_down() {
+    let batch = batch();
+    let mut at = busy(1);
+    let mut rprop = Rprop::new(at.len());
+    let first = batch.loss(&Perceptron::new(SHAPE, &at));
+    for _ in 0..300 {
+        let slope = batch.slope(&Perceptron::new(SHAPE, &at));
+        rprop.step(&mut at, &slope.gradient);
+    }
+    let last = batch.loss(&Perceptron::new(SHAPE, &at));
+    assert!(last < 1e-3 * first, "{first} to {last}");
+}
+
+fn short(optimizer: Optimizer) -> Recipe {
+    Recipe {
+        hidden: 16,
+        samples: 3000,
+        posterior_draws: 16,
+        epochs: 25,
+        optimizer,
+        ..Recipe::best()
+    }
+}
+
+fn finish(mut training: Training<'_>) -> FloatNet {
+    while training.epoch().unwrap().is_some() {}
+    training.net()
+}
+
+/// Mean relative errors of position and orientation, %.
+fn relative_errors(net: &FloatNet, noise_px: f64) -> [f64; 2] {
+    let scene = landing();
+    let sampler = Sampler::new(&scene, NoiseShape::Gaussian, 1234).unwrap();
+    let count = 500;
+    let mut sums = [0.0; 2];
+    for i in 0..count {
+        let sample = sampler.draw(i);
+        let y = net.forward(&sample.noisy_px(noise_px));
+        let p = nalgebra::Vector3::from_column_slice(&y[..3]);
+        let r = nalgebra::Vector3::from_column_slice(&y[3..]);
+        let truth = (sample.pose.position_m, sample.pose.rodrigues_rad());
+        sums[0] += (p - truth.0).norm() / truth.0.norm();
+        sums[1] += (r - truth.1).norm() / truth.1.norm();
+    }
+    sums.map(|sum| 100.0 * sum / count as f64)
+}
+
+#[test]
+fn a_short_training_beats_what_was_published() {
+    let scene = landing();
+    let sampler = Sampler::new(&scene, NoiseShape::Gaussian, 1).unwrap();
+    let training = Training::new(&sampler, short(Optimizer::Levenberg), 1);
+    let net = finish(training);
+    let [position, orientation] = relative_errors(&net, 1.0);
+    assert!(
+        position < 2.8 && orientation < 22.0,
+        "{position} {orientation}"
+    );
+    // The weights file says the same network.
+    let read = hwgen_spec::weights::read(hwgen_spec::weights::to_json(&net).as_bytes()).unwrap();
+    assert_eq!(read, net);
+}
+
+#[test]
+fn a_resumed_training_equals_an_uninterrupted_one() {
+    let scene = landing();
+    let sampler = Sampler::new(&scene, NoiseShape::Gaussian, 3).unwrap();
+    for optimizer in [Optimizer::Rprop, Optimizer::Levenberg] {
+        let recipe = Recipe {
+            samples: 500,
+            epochs: 6,
+            hidden: 6,
+            ..short(optimizer)
+        };
+        let whole = finish(Training::new(&sampler, recipe.clone(), 3));
+        let mut first = Training::new(&sampler, recipe, 3);
+        for _ in 0..9 {
+            first.epoch().unwrap();
+        }
+        let kept = serde_json::to_string(first.checkpoint()).unwrap();
+        drop(first);
+        let resumed = Training::resume(&sampler, serde_json::from_str(&kept).unwrap());
+        assert!(finish(resumed) == whole, "{optimizer:?}");
+    }
+}
+
+#[test]
+fn training_stops_when_the_samples_kept_back_say_so() {
+    let scene = landing();
+    let sampler = Sampler::new(&scene, NoiseShape::Gaussian, 3).unwrap();
+    // A few noisy samples: fitting them soon means fitting their noise.
+    let recipe = Recipe {
+        hidden: 64,
+        samples: 150,
+        noise_px: vec![5.0],
+        epochs: 1000,
+        patience: 3,
+        ..Recipe::paper()
+    };
+    let mut training = Training::new(&sampler, recipe, 3);
+    while training.epoch().unwrap().is_some() {}
+    for learner in &training.checkpoint().learners {
+        assert_eq!(learner.stop(), Some(Stop::Patience));
+        let best = learner.best_losses().unwrap().validation;
+        assert!(
+            learner
+                .curve()
+                .iter()
+                .all(|losses| losses.validation >= best)
+        );
+        assert_eq!(learner.curve().len(), learner.best_epoch() + 3);
+    }
+}
