@@ -78,6 +78,16 @@ pub enum ToolError {
         /// All that it printed.
         log: PathBuf,
     },
+    /// A source of the core reads a file that is not among the sources.
+    #[error("{}:{line}: a core that reads no other file expected, `{found}` found", path.display())]
+    Outside {
+        /// The source.
+        path: PathBuf,
+        /// Line in it, from 1.
+        line: usize,
+        /// What reads the other file.
+        found: &'static str,
+    },
     /// A file of the run could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
