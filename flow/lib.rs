@@ -15,6 +15,7 @@ pub mod cli;
 pub mod command;
 pub mod failure;
 pub mod inference;
+pub mod interrupt;
 pub mod layout;
 pub mod output;
 pub mod table;
