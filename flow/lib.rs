@@ -13,6 +13,7 @@
 pub mod accuracy;
 pub mod cli;
 pub mod command;
+pub mod destination;
 pub mod failure;
 pub mod inference;
 pub mod interrupt;
