@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-/// Anything that kept a check from being made: an external tool, or a dump.
+use crate::work::WorkError;
+
+/// Anything that kept a check from being made: an external tool, a dump, a directory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -12,6 +14,9 @@ pub enum SimError {
     /// A dump that cannot be read or is not of this run.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// The directory that a check was to work in.
+    #[error(transparent)]
+    Work(#[from] WorkError),
 }
 
 /// What went wrong with an external tool.
