@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use hwgen_gen::BundleError;
 use hwgen_sim::error::{SimError, ToolError};
+use hwgen_sim::work::WorkError;
 use hwgen_spec::design::DesignError;
 use hwgen_spec::quantize::QuantizeError;
 use hwgen_spec::weights::WeightsError;
@@ -234,11 +235,8 @@ impl From<BundleError> for Failure {
             }
             other => return Self::input("bundle", other.to_string()).help(other.help()),
         };
-        let file = path.display().to_string();
-        let text = error.to_string();
-        let message = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text);
-        Self::input(code, message)
-            .file(file)
+        Self::input(code, about(path, &error))
+            .file(path.display().to_string())
             .help(error.help())
             .caused_by(&error)
     }
@@ -248,13 +246,49 @@ impl From<SimError> for Failure {
     fn from(error: SimError) -> Self {
         match error {
             SimError::Tool(error) => error.into(),
+            SimError::Work(error) => error.into(),
             other => Self::new(Exit::Tool, "trace", other.to_string()).caused_by(&other),
         }
     }
 }
 
+impl From<WorkError> for Failure {
+    fn from(error: WorkError) -> Self {
+        let (code, path, help) = match &error {
+            WorkError::Busy { path } => (
+                "work-busy",
+                path,
+                "wait for its end, or choose another --work",
+            ),
+            WorkError::Io { path, source } => return Self::io(path, source),
+            WorkError::Foreign { path } => {
+                let help = "choose another --work: it is emptied before the check";
+                ("work", path, help)
+            }
+            other => return Self::input("work", other.to_string()),
+        };
+        Self::input(code, about(path, &error))
+            .file(path.display().to_string())
+            .help(help)
+    }
+}
+
+/// What an error says of a file, without the file's name at its front.
+fn about(path: &Path, error: &dyn Error) -> String {
+    let text = error.to_string();
+    let rest = text.strip_prefix(&format!("{}: ", path.display()));
+    rest.map_or(text.clone(), str::to_owned)
+}
+
 impl From<ToolError> for Failure {
     fn from(error: ToolError) -> Self {
+        if let ToolError::Outside { path, line, found } = &error {
+            let message = format!("a core that reads no other file expected, `{found}` found");
+            return Self::input("outside-file", message)
+                .file(path.display().to_string())
+                .at(*line, None)
+                .help("emit the bundle again: its core is the files of its manifest");
+        }
         let code = match &error {
             ToolError::Missing { .. } => "tool-missing",
             ToolError::TooOld { .. } => "tool-too-old",

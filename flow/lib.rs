@@ -13,8 +13,10 @@
 pub mod accuracy;
 pub mod cli;
 pub mod command;
+pub mod destination;
 pub mod failure;
 pub mod inference;
+pub mod interrupt;
 pub mod layout;
 pub mod output;
 pub mod table;

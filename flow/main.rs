@@ -3,5 +3,6 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    hwgen::interrupt::heed();
     hwgen::run(std::env::args_os())
 }

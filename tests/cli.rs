@@ -7,6 +7,8 @@ mod harness;
 mod emit;
 #[path = "cli/faults.rs"]
 mod faults;
+#[path = "cli/interrupt.rs"]
+mod interrupt;
 #[path = "cli/run.rs"]
 mod run;
 #[path = "cli/verify.rs"]

@@ -10,11 +10,12 @@ use hwgen_spec::network::FloatNet;
 use serde_json::{Map, Value, json};
 
 use super::Outcome;
+use crate::destination::{Destination, Precious};
 use crate::failure::Failure;
 use crate::inference::{self, Inference};
 use crate::layout::{counted, significant};
 use crate::output::Output;
-use crate::table::{Table, outside_box, to_csv, write_whole};
+use crate::table::{Table, outside_box, to_csv};
 
 const EXAMPLES: &str = "\
 Columns of the result: `<network>.<output>` in real units; with --raw `<network>.<output>#raw`, the
@@ -26,6 +27,7 @@ With --cycle-accurate the model of every register computes them too, and the cyc
 --vcd writes what the registers held, some 40 KB a clock for the landing design.
 Without --out the table goes to standard output and the summary to standard error; with --json the
 object then holds it as `columns` and `rows`.
+A file that exists is replaced only with --force; the file of --inputs and those of the bundle never.
 
 Examples:
   hwgen run build/landing --inputs vectors.csv --out result.csv
@@ -54,6 +56,9 @@ pub struct Args {
     /// Write every register after every clock as VCD, as the simulators' dumps name them
     #[arg(long, value_name = "F.vcd", requires = "cycle_accurate")]
     pub vcd: Option<PathBuf>,
+    /// Replace a file that is there
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Infers, and prints or writes the results.
@@ -61,6 +66,7 @@ pub struct Args {
 /// # Errors
 /// If bundle or inputs are refused, or the results can't be written.
 pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
+    let (out, vcd_out) = destinations(args)?;
     let source = Source::read(&args.bundle)?;
     let rows = Table::read(&args.inputs)?.numbers(source.design.input_names())?;
     let inference = if args.cycle_accurate {
@@ -69,10 +75,11 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
             Recording::new(registers)
         });
         let inference = inference::cycle_accurate(&source.design, &rows, trace.as_mut())?;
-        if let (Some(out), Some(trace)) = (&args.vcd, &trace) {
+        if let (Some(out), Some(trace)) = (&vcd_out, &trace) {
             let mut text = Vec::new();
-            vcd::write(trace, source.design.name(), &mut text).map_err(|e| Failure::io(out, &e))?;
-            write_whole(out, &String::from_utf8_lossy(&text))?;
+            vcd::write(trace, source.design.name(), &mut text)
+                .map_err(|e| Failure::io(out.path(), &e))?;
+            out.write(&text)?;
         }
         inference
     } else {
@@ -98,11 +105,11 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
         ("rows_outside_box".to_owned(), json!(outside_count)),
         ("rows_saturated".to_owned(), json!(saturated)),
     ]);
-    let text = match &args.out {
+    let text = match &out {
         Some(out) => {
             let texts = cells.iter().map(|row| row.iter().map(text_of).collect());
-            write_whole(out, &to_csv(&header, texts))?;
-            json.insert("out".into(), json!(out.display().to_string()));
+            out.write(to_csv(&header, texts).as_bytes())?;
+            json.insert("out".into(), json!(out.path().display().to_string()));
             String::new()
         }
         None => {
@@ -136,9 +143,9 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
             counted(rows.len(), "row")
         ));
     }
-    let (text, remarks) = match &args.out {
+    let (text, remarks) = match &out {
         Some(out) => {
-            summary.push(format!("Written to {}.", out.display()));
+            summary.push(format!("Written to {}.", out.path().display()));
             (summary.join("\n") + "\n", Vec::new())
         }
         None => (text, summary),
@@ -149,6 +156,31 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
         remarks,
         failure: None,
     })
+}
+
+/// Where table and registers go: looked at before the work, not after it.
+fn destinations(args: &Args) -> Result<(Option<Destination>, Option<Destination>), Failure> {
+    let precious = Precious {
+        bundle: &args.bundle,
+        inputs: &args.inputs,
+        force: args.force,
+    };
+    let place = |path: &Option<PathBuf>| {
+        let path = path.as_ref();
+        path.map(|path| Destination::new(path, &precious))
+            .transpose()
+    };
+    let (out, vcd) = (place(&args.out)?, place(&args.vcd)?);
+    if let (Some(out), Some(vcd)) = (&out, &vcd)
+        && out.is(vcd)
+    {
+        return Err(
+            Failure::input("same-file", "another file than that of --out expected")
+                .file(vcd.path().display().to_string())
+                .help("give --out and --vcd a file each"),
+        );
+    }
+    Ok((out, vcd))
 }
 
 fn header(net: &FloatNet, raw: bool) -> Vec<String> {

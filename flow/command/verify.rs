@@ -1,10 +1,10 @@
 //! `hwgen verify`
 
 use std::ffi::OsStr;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap::builder::RangedU64ValueParser;
 use hwgen_gen::Source;
 use hwgen_sim::error::ToolError;
 use hwgen_sim::simulator::Simulator;
@@ -13,6 +13,7 @@ use hwgen_sim::verify::{Report, VerifyPlan};
 use serde_json::json;
 
 use super::{Outcome, fields};
+use crate::destination::real_path;
 use crate::failure::{Exit, Failure};
 use crate::output::Output;
 use crate::table::Table;
@@ -32,8 +33,8 @@ Examples:
 Exit codes: 0 if every register, output word and cycle count is equal, 1 if one differs, 2 if the
 bundle was changed, 3 if a simulator is missing or failed.";
 
-/// A file that marks a work directory, so that nothing else is ever emptied.
-const MARK: &str = ".hwgen-work";
+/// More random frames would take days, and more memory than there may be.
+const MOST_FRAMES: u64 = 1_000_000;
 
 /// What `verify` takes.
 #[derive(Debug, clap::Args)]
@@ -46,7 +47,8 @@ pub struct Args {
     #[arg(long, value_name = "F.csv")]
     pub vectors: Option<PathBuf>,
     /// Random frames in the input box
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    #[arg(long, value_name = "N", default_value_t = 64,
+          value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_FRAMES))]
     pub random: usize,
     /// Seed of the random frames, gaps and back-pressure
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -181,7 +183,7 @@ impl Check<'_> {
             Some(work) => work.to_owned(),
             None => parent.join(".verify").join(name),
         };
-        prepare(&work, self.bundle, self.work.is_some())?;
+        keep_apart(&work, self.bundle)?;
         output.detail(&format!("logs in {}", work.display()));
         let is_core = |path: &&String| path.starts_with("rtl/") && path.ends_with(".v");
         let files = self.source.manifest.files.iter().map(|f| &f.path);
@@ -196,17 +198,15 @@ impl Check<'_> {
             seed: self.seed,
             simulators: self.simulators,
             toolbox: self.toolbox,
-            work_dir: work.clone(),
+            work_dir: work,
             cache_dir: parent.join(".cache").join("verilator"),
             timeout: self.timeout,
         };
         let mut line = output.progress();
         let outcome = hwgen_sim::verify::verify(&plan, &mut |progress| {
-            mark(&work);
             line.show(&progress.activity, progress.done, progress.total);
         });
         drop(line);
-        mark(&work);
         let report = outcome?;
         let failure = report::judge(&report, &expected);
         Ok((report, failure))
@@ -233,39 +233,16 @@ fn place(bundle: &Path) -> Result<(PathBuf, std::ffi::OsString), Failure> {
     })
 }
 
-/// Makes sure that the work directory may be emptied, and is there.
-fn prepare(work: &Path, bundle: &Path, chosen: bool) -> Result<(), Failure> {
-    if chosen && work.symlink_metadata().is_ok() {
-        let empty = fs::read_dir(work)
-            .map_err(|e| Failure::io(work, &e))?
-            .next()
-            .is_none();
-        if !empty && !work.join(MARK).is_file() {
-            let message = "a new or empty directory, or one of an earlier check, expected, \
-                           another one found";
-            return Err(Failure::input("work", message)
-                .file(work.display().to_string())
-                .help("choose another --work: it is emptied before the check"));
-        }
-    }
-    fs::create_dir_all(work).map_err(|e| Failure::io(work, &e))?;
-    let inside = work.canonicalize().ok().zip(bundle.canonicalize().ok());
-    if inside.is_some_and(|(work, bundle)| work.starts_with(bundle)) {
-        let _ = fs::remove_dir(work);
+/// Makes sure that neither of work directory and bundle is inside of the other one.
+fn keep_apart(work: &Path, bundle: &Path) -> Result<(), Failure> {
+    let real_path = |path: &Path| real_path(path).map_err(|e| Failure::io(path, &e));
+    let (real_work, real_bundle) = (real_path(work)?, real_path(bundle)?);
+    if real_work.starts_with(&real_bundle) || real_bundle.starts_with(&real_work) {
         return Err(
             Failure::input("work", "a directory outside of the bundle expected")
                 .file(work.display().to_string())
-                .help("choose another --work: a bundle is never written to"),
+                .help("choose another --work: it is emptied, and a bundle is never written to"),
         );
     }
-    mark(work);
     Ok(())
-}
-
-/// Marks the work directory as one. If that fails, the next check asks for another directory.
-fn mark(work: &Path) {
-    let mark = work.join(MARK);
-    if !mark.exists() {
-        let _ = fs::write(mark, "hwgen empties this directory before each check.\n");
-    }
 }

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-/// Anything that kept a check from being made: an external tool, or a dump.
+use crate::work::WorkError;
+
+/// Anything that kept a check from being made: an external tool, a dump, a directory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -12,6 +14,9 @@ pub enum SimError {
     /// A dump that cannot be read or is not of this run.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// The directory that a check was to work in.
+    #[error(transparent)]
+    Work(#[from] WorkError),
 }
 
 /// What went wrong with an external tool.
@@ -77,6 +82,16 @@ pub enum ToolError {
         last_lines: String,
         /// All that it printed.
         log: PathBuf,
+    },
+    /// A source of the core reads a file that is not among the sources.
+    #[error("{}:{line}: a core that reads no other file expected, `{found}` found", path.display())]
+    Outside {
+        /// The source.
+        path: PathBuf,
+        /// Line in it, from 1.
+        line: usize,
+        /// What reads the other file.
+        found: &'static str,
     },
     /// A file of the run could not be read or written.
     #[error("{}: {source}", path.display())]

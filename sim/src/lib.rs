@@ -29,3 +29,4 @@ pub mod tool;
 pub mod trace;
 pub mod vcd;
 pub mod verify;
+pub mod work;

@@ -9,6 +9,7 @@ use crate::tool::run::{io, remove};
 use crate::tool::{Invocation, Run, Toolbox, run};
 
 mod icarus;
+mod input;
 mod verilator;
 
 /// A simulator that is supported.
@@ -97,6 +98,8 @@ pub struct Speed {
     pub clocks: usize,
     /// Seconds that they took; for Verilator without the start of the process.
     pub seconds: f64,
+    /// What the bench made of the core's outputs.
+    pub digest: u32,
 }
 
 impl Simulator {
@@ -134,8 +137,12 @@ impl Simulator {
 
     /// Compiles the core with its bench.
     ///
+    /// The compiler sees copies, in a directory of plain name that is deleted again; log and
+    /// record are left in the work directory, come what may.
+    ///
     /// # Errors
-    /// If a tool is missing, fails, takes too long, or leaves nothing behind.
+    /// If a tool is missing, fails, takes too long, or leaves nothing behind;
+    /// [`ToolError::Outside`] if a source of the core reads other files.
     pub fn build(self, tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
         std::fs::create_dir_all(&plan.work_dir).map_err(io(&plan.work_dir))?;
         match self {
@@ -201,8 +208,12 @@ impl Built {
 
     /// Replays the pins without a dump and measures the time.
     ///
+    /// The bench has to print `hwgen: digest <8 hexadecimal digits>` of the outputs of the core. A
+    /// simulator may leave out whatever nobody looks at: with the emitted bench, which looks at
+    /// nothing, Verilator leaves out the whole core and is fast.
+    ///
     /// # Errors
-    /// As [`Built::replay`].
+    /// As [`Built::replay`], and if there is no digest.
     pub fn measure_speed(
         &self,
         stimulus: &Path,
@@ -215,12 +226,22 @@ impl Built {
         let label = format!("{}-speed", self.simulator.name());
         let run = self.start(stimulus, arguments, (&directory, label), timeout)?;
         self.demand_verdict(&run, clocks)?;
+        let digest = run
+            .output
+            .lines()
+            .find_map(|line| line.strip_prefix("hwgen: digest "))
+            .and_then(|digest| u32::from_str_radix(digest.trim_end(), 16).ok())
+            .ok_or_else(|| run.no_verdict(self.simulator.name(), "a digest of the outputs"))?;
         let seconds = match self.simulator {
             Simulator::Icarus => run.duration.as_secs_f64(),
             Simulator::Verilator => verilator::seconds(&run.output, clocks)
                 .ok_or_else(|| run.no_verdict(self.simulator.name(), "a time"))?,
         };
-        Ok(Speed { clocks, seconds })
+        Ok(Speed {
+            clocks,
+            seconds,
+            digest,
+        })
     }
 
     fn start(
@@ -264,15 +285,4 @@ fn plus_argument(name: &str, path: &Path) -> OsString {
     let mut argument = OsString::from(format!("+{name}="));
     argument.push(path);
     argument
-}
-
-/// Absolute paths, because the tools run in another directory.
-fn absolute(paths: &[PathBuf]) -> Result<Vec<OsString>, ToolError> {
-    paths
-        .iter()
-        .map(|path| {
-            let path = std::path::absolute(path).map_err(io(path))?;
-            Ok(path.into_os_string())
-        })
-        .collect()
 }

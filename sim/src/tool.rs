@@ -8,9 +8,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::error::ToolError;
+use live::Scratch;
 
+pub(crate) mod live;
 pub(crate) mod run;
 
+pub use live::abandon;
 pub use run::{Invocation, Run, run};
 
 /// A version as the tool prints it, `11.0` or `5.006`; compared number by number.
@@ -280,7 +283,8 @@ impl Toolbox {
         let wasm = path
             .file_name()
             .is_some_and(|name| name.to_string_lossy().starts_with("yowasp-"));
-        let directory = tempfile::tempdir().map_err(|e| e.to_string())?;
+        let directory =
+            Scratch::new("hwgen-version-", &std::env::temp_dir()).map_err(|e| e.to_string())?;
         let outcome = run(&Invocation {
             tool: tool.name.to_owned(),
             version: "not yet known".to_owned(),

@@ -17,6 +17,9 @@ mod support;
 
 const CLOCKS: usize = 200;
 
+/// A directory that compilers, makefiles and dumps may stumble over.
+const ODD: &str = "a b'c\"d $e #f";
+
 fn toolbox() -> Toolbox {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     Toolbox::new(package.parent().expect("a workspace"))
@@ -81,16 +84,18 @@ fn assert_wrong_weight(comparison: &Comparison) {
 #[test]
 fn icarus_equals_the_recording_in_both_formats() {
     let directory = tempfile::tempdir().expect("a directory");
-    let plan = support::plan(directory.path(), directory.path(), |_, text| text);
+    let place = directory.path().join(ODD);
+    std::fs::create_dir_all(&place).expect("a directory");
+    let plan = support::plan(&place, &place, |_, text| text);
     let built = build(Simulator::Icarus, &plan);
     for dump in ["icarus.vcd", "icarus.fst"] {
-        assert_equal(&simulate(&built, directory.path(), dump, 0));
+        assert_equal(&simulate(&built, &place, dump, 0));
     }
     for file in ["icarus-build", "icarus"] {
-        let record = directory.path().join(format!("{file}.run.json"));
+        let record = place.join(format!("{file}.run.json"));
         let text = std::fs::read_to_string(record).expect("a record of the run");
         assert!(text.contains("\"status\": \"exit status: 0\""), "{text}");
-        assert!(directory.path().join(format!("{file}.log")).is_file());
+        assert!(place.join(format!("{file}.log")).is_file());
     }
 }
 
@@ -127,22 +132,24 @@ fn an_unknown_bit_is_a_difference() {
 #[test]
 fn verilator_equals_the_recording_and_differs_at_the_wrong_weight() {
     let directory = tempfile::tempdir().expect("a directory");
-    let cache = directory.path().join("cache");
-    let right = directory.path().join("right");
-    let wrong = directory.path().join("wrong");
-    std::fs::create_dir_all(&right).expect("a directory");
-    std::fs::create_dir_all(&wrong).expect("a directory");
+    let place = directory.path().join(ODD);
+    let [cache, right, other, wrong] =
+        ["cache", "right", "other", "wrong"].map(|name| place.join(name));
+    for directory in [&right, &other, &wrong] {
+        std::fs::create_dir_all(directory).expect("a directory");
+    }
     let right_plan = support::plan(&right, &cache, |_, text| text);
+    let other_plan = support::plan(&other, &cache, |_, text| text);
     let wrong_plan = support::plan(&wrong, &cache, wrong_weight);
 
     // Two builders of the same design at once, in one cache.
     let (first, second) = std::thread::scope(|scope| {
         let first = scope.spawn(|| build(Simulator::Verilator, &right_plan));
-        let second = build(Simulator::Verilator, &right_plan);
+        let second = build(Simulator::Verilator, &other_plan);
         (first.join().expect("built"), second)
     });
     assert_equal(&simulate(&first, &right, "verilator.vcd", 0));
-    assert_equal(&simulate(&second, &right, "verilator.vcd", 0));
+    assert_equal(&simulate(&second, &other, "verilator.vcd", 0));
     let again = build(Simulator::Verilator, &right_plan);
     assert!(again.cached());
     assert!(right.join("verilator-build.log").is_file());
@@ -152,31 +159,69 @@ fn verilator_equals_the_recording_and_differs_at_the_wrong_weight() {
         .collect();
     assert_eq!(left.len(), 1, "{left:?}");
 
-    let other = build(Simulator::Verilator, &wrong_plan);
-    assert!(!other.cached());
-    assert_wrong_weight(&simulate(&other, &wrong, "verilator.vcd", 0));
+    let different = build(Simulator::Verilator, &wrong_plan);
+    assert!(!different.cached());
+    assert_wrong_weight(&simulate(&different, &wrong, "verilator.vcd", 0));
+}
+
+/// The emitted bench with a digest of the core's outputs.
+fn with_digest(bench: &Path) {
+    let text = std::fs::read_to_string(bench).expect("a bench");
+    let edits = [
+        (
+            "  // The first line has",
+            "  reg [31:0] digest_q = 0;
+  always @(posedge clk_i)
+    if (m_axis_tvalid) digest_q <= {digest_q[30:0], digest_q[31]} ^ {8'b0, m_axis_tdata};
+  // The first line has",
+        ),
+        (
+            "$display(\"hwgen: replayed %0d clocks\", clocks_q + 1);",
+            "$display(\"hwgen: replayed %0d clocks\", clocks_q + 1);
+        $display(\"hwgen: digest %h\", digest_q);",
+        ),
+    ];
+    let text = edits.iter().fold(text, |text, (find, replace)| {
+        assert_eq!(text.matches(find).count(), 1, "{find}");
+        text.replace(find, replace)
+    });
+    std::fs::write(bench, text).expect("written");
 }
 
 #[test]
 fn verilator_measures_its_speed() {
+    const CLOCKS: usize = 5_000;
     let directory = tempfile::tempdir().expect("a directory");
     let mut plan = support::plan(directory.path(), directory.path(), |_, text| text);
     plan.purpose = Purpose::Speed;
-    let built = build(Simulator::Verilator, &plan);
     let stimulus = directory.path().join("stimulus.hex");
-    std::fs::write(&stimulus, echo::stimulus(&echo::pins(5_000))).expect("written");
-    let speed = built
-        .measure_speed(&stimulus, 5_000, directory.path(), Duration::from_secs(60))
-        .expect("measured");
-    assert_eq!(speed.clocks, 5_000);
-    assert!(speed.seconds > 0.0);
+    std::fs::write(&stimulus, echo::stimulus(&echo::pins(CLOCKS))).expect("written");
+    let limit = Duration::from_secs(60);
+
+    // The emitted bench looks at no output, so there is nothing behind it to be measured.
+    let built = build(Simulator::Verilator, &plan);
+    let error = built
+        .measure_speed(&stimulus, CLOCKS, directory.path(), limit)
+        .unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("without a digest of the outputs"), "{text}");
+
+    with_digest(&plan.bench);
+    let [verilator, icarus] = [Simulator::Verilator, Simulator::Icarus].map(|simulator| {
+        build(simulator, &plan)
+            .measure_speed(&stimulus, CLOCKS, directory.path(), limit)
+            .expect("measured")
+    });
+    assert_eq!(verilator.clocks, CLOCKS);
+    assert!(verilator.seconds > 0.0);
+    assert_eq!(verilator.digest, icarus.digest);
     // A build without a dump says so, and an absent dump is no success.
     let error = built
         .replay(&ReplayPlan {
             stimulus,
-            clocks: 5_000,
+            clocks: CLOCKS,
             dump: directory.path().join("none.vcd"),
-            timeout: Duration::from_secs(60),
+            timeout: limit,
         })
         .unwrap_err();
     assert!(matches!(error, ToolError::Failed { .. }), "{error}");

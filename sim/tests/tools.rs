@@ -148,6 +148,73 @@ fn a_compiler_that_does_nothing_is_an_error() {
 }
 
 #[test]
+fn a_build_that_fails_leaves_its_log_and_nothing_else() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (bin, work) = (directory.path().join("bin"), directory.path().join("work"));
+    let script = "[ \"$1\" = --version ] && echo Verilator 5.006 && exit\npwd; exit 9";
+    fake(&bin, "verilator", script);
+    fake(&bin, "g++", "echo 'g++ (Debian) 12.2.0'");
+    fake(&bin, "make", "echo GNU Make 4.3");
+    let cache = directory.path().join("cache");
+    let mut plan = support::plan(directory.path(), &cache, |_, text| text);
+    plan.work_dir = work.clone();
+    // What killed builds have left: an old one, and one that may still be written.
+    let (old, young) = (cache.join(".building-old"), cache.join(".building-young"));
+    std::fs::create_dir_all(old.join("obj")).expect("created");
+    std::fs::create_dir_all(&young).expect("created");
+    let hours_ago = std::time::SystemTime::now() - Duration::from_secs(7200);
+    std::fs::File::open(&old)
+        .and_then(|directory| directory.set_modified(hours_ago))
+        .expect("aged");
+
+    let error = Simulator::Verilator
+        .build(&toolbox(&bin), &plan)
+        .unwrap_err();
+    let ToolError::Failed {
+        last_lines, log, ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!(log, &work.join("verilator-build.log"));
+    assert_eq!(
+        &std::fs::read_to_string(log).expect("a log").trim(),
+        last_lines
+    );
+    assert!(work.join("verilator-build.run.json").is_file());
+    assert!(!Path::new(last_lines).exists(), "{last_lines} was left");
+    assert!(!old.exists() && young.exists());
+}
+
+#[test]
+fn a_core_that_reads_other_files_is_not_built() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (line, word) in [
+        ("`include \"other.vh\"", "`include"),
+        ("initial $readmemh(\"rom.hex\", acc_q);", "$readmem"),
+    ] {
+        let plan = support::plan(directory.path(), directory.path(), |name, text| {
+            if name == "echo_pe.v" {
+                format!("{line}\n{text}")
+            } else {
+                text
+            }
+        });
+        for simulator in Simulator::ALL {
+            let error = simulator
+                .build(&toolbox(directory.path()), &plan)
+                .unwrap_err();
+            let path = directory.path().join("echo_pe.v");
+            let expected = format!(
+                "{}:1: a core that reads no other file expected, `{word}` found",
+                path.display()
+            );
+            assert_eq!(error.to_string(), expected);
+        }
+    }
+}
+
+#[test]
 fn a_simulator_that_does_nothing_or_lies_or_hangs_is_an_error() {
     let directory = tempfile::tempdir().expect("a directory");
     let bin = directory.path().join("bin");

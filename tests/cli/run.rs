@@ -159,6 +159,65 @@ fn an_unwritable_result_is_told() {
 }
 
 #[test]
+fn nothing_is_overwritten_that_may_be_missed() {
+    let place = Place::with_bundle();
+    place.write("in.csv", INPUTS);
+    place.write("old.csv", "precious");
+    let run = |out: &[&str]| {
+        place.run(&[&["run", "build/tiny", "--inputs", "in.csv", "-q"], out].concat())
+    };
+    run(&["--out", "old.csv"]).fails(
+        2,
+        "error: old.csv: a new file expected, an existing one found\n\
+         help: write to another file, or replace this one with --force\n",
+    );
+    assert_eq!(place.read("old.csv"), "precious");
+    run(&["--out", "old.csv", "--force"]).exits(0);
+    assert_eq!(place.read("old.csv").lines().count(), 4);
+
+    // With or without --force, under whatever name.
+    std::os::unix::fs::symlink("in.csv", place.path("link.csv")).expect("linked");
+    let manifest = place.read("build/tiny/manifest.json");
+    let vcd = ["--cycle-accurate", "--vcd"];
+    for (out, message) in [
+        ("in.csv", "another file than that of the inputs expected"),
+        (
+            "new/../in.csv",
+            "another file than that of the inputs expected",
+        ),
+        ("link.csv", "another file than that of the inputs expected"),
+        (
+            "build/tiny/manifest.json",
+            "a file outside of the bundle expected",
+        ),
+        (
+            "build/tiny/new.csv",
+            "a file outside of the bundle expected",
+        ),
+        (
+            "new/../build/tiny/rtl/n.v",
+            "a file outside of the bundle expected",
+        ),
+    ] {
+        for force in [&[][..], &["--force"]] {
+            for option in [&["--out"][..], &vcd] {
+                let ran = run(&[option, &[out], force].concat());
+                ran.exits(2);
+                let first = ran.stderr.lines().next();
+                assert_eq!(first, Some(format!("error: {out}: {message}").as_str()));
+            }
+        }
+    }
+    assert_eq!(place.read("in.csv"), INPUTS);
+    assert_eq!(place.read("build/tiny/manifest.json"), manifest);
+    assert!(!place.path("new").exists());
+    run(&[&["--out", "same"], &vcd[..], &["./same"]].concat()).exits(2);
+    assert!(!place.path("same").exists());
+    // A device is no file.
+    run(&["--out", "/dev/null"]).exits(0);
+}
+
+#[test]
 fn the_landing_design_is_as_good_as_in_float() {
     let place = Place::new();
     let root = env!("CARGO_MANIFEST_DIR");

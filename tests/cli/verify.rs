@@ -53,6 +53,7 @@ fn a_bundle_is_confirmed() {
     assert_eq!(json["rows_outside_box"], 1);
     assert_eq!(json["error_vs_float"][0]["output"], "net.x");
     assert_eq!(json["error_vs_float"][0]["unit"], "m");
+    assert_eq!(json["error_vs_float"][0]["frames"], 1);
     assert!(json["first_difference"].is_null());
 
     assert_eq!(place.read("build/tiny/manifest.json"), before);
@@ -117,9 +118,83 @@ fn a_work_directory_of_others_is_not_emptied() {
         ran.stderr
     );
     assert_eq!(place.read("mine/notes.txt"), "precious");
-    let ran = place.run(&["verify", "build/tiny", "--work", "build/tiny/work"]);
-    ran.exits(2);
+    for work in ["build/tiny/work", "build/tiny", "build", "."] {
+        let ran = place.run(&["verify", "build/tiny", "--work", work]);
+        ran.exits(2);
+        let expected = format!("error: {work}: a directory outside of the bundle expected");
+        assert!(ran.stderr.starts_with(&expected), "{}", ran.stderr);
+    }
     assert!(!place.path("build/tiny/work").exists());
+    // Not even the one that hwgen would have taken.
+    place.write("build/.verify/tiny/notes.txt", "precious");
+    let ran = place.run(&["verify", "build/tiny"]);
+    ran.exits(2);
+    let expected = "error: build/.verify/tiny: a new or empty directory";
+    assert!(ran.stderr.starts_with(expected), "{}", ran.stderr);
+    assert_eq!(place.read("build/.verify/tiny/notes.txt"), "precious");
+}
+
+#[test]
+fn an_error_that_was_not_measured_is_not_said_to_be_zero() {
+    let place = Place::with_bundle();
+    place.write("outside.csv", "a,b,c\n0,0,9\n");
+    for inputs in [["--random", "0"], ["--vectors", "outside.csv"]] {
+        let arguments = [
+            &["verify", "build/tiny", "--simulators", "icarus"],
+            &inputs[..],
+        ]
+        .concat();
+        let ran = place.run(&arguments);
+        ran.exits(0);
+        let line = ran.stdout.lines().find(|l| l.contains("net.x"));
+        let words: Vec<&str> = line.expect("a line").split_whitespace().collect();
+        let expected = ["net.x", "0", "not", "measured", "not", "measured", "m"];
+        assert_eq!(words, expected);
+        let (_, json) = place.json(&arguments);
+        let error = &json["error_vs_float"][0];
+        assert_eq!(error["frames"], 0);
+        assert!(error["max"].is_null() && error["rms"].is_null(), "{error}");
+    }
+    // Random points are real numbers: the error holds the rounding of the inputs.
+    let text = r#"{"format": "hwgen-weights/1", "name": "same",
+        "inputs": {"min": [-1], "max": [1], "resolution": 0.25},
+        "networks": [{"name": "n", "layers": [{"activation": "linear", "weights": [[1]]}]}]}"#;
+    place.write("same.json", text);
+    place.run(&["emit", "--weights", "same.json"]).exits(0);
+    let (_, json) = place.json(&["verify", "build/same", "--simulators", "icarus"]);
+    let error = &json["error_vs_float"][0];
+    assert_eq!(error["frames"], 64);
+    let greatest = error["max"].as_f64().expect("measured");
+    assert!((0.1..=0.126).contains(&greatest), "{greatest}");
+}
+
+#[test]
+fn more_random_frames_than_can_be_are_refused() {
+    let place = Place::with_bundle();
+    for count in ["1000001", "18446744073709551615"] {
+        let ran = place.run(&["verify", "build/tiny", "--random", count]);
+        ran.exits(2);
+        assert!(ran.stderr.contains("0..=1000000"), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_core_that_reads_other_files_is_refused() {
+    let place = Place::with_bundle();
+    let (path, manifest) = ("build/tiny/rtl/tiny.v", "build/tiny/manifest.json");
+    let text = place.read(path);
+    let changed = format!("`include \"other.vh\"\n{text}");
+    place.write(path, &changed);
+    let renewed = place
+        .read(manifest)
+        .replace(&hwgen_gen::sha256(&text), &hwgen_gen::sha256(&changed));
+    place.write(manifest, &renewed);
+    let ran = place.run(&["verify", "build/tiny", "-q"]);
+    ran.fails(
+        2,
+        "error: build/tiny/rtl/tiny.v:1: a core that reads no other file expected, `\u{60}include` \
+         found\nhelp: emit the bundle again: its core is the files of its manifest\n",
+    );
 }
 
 #[test]

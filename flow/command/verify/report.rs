@@ -110,14 +110,21 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
     ));
     if !report.error_vs_float.is_empty() {
         text.push('\n');
-        let mut rows = vec![row!["error against float", "greatest", "rms", "unit"]];
+        let mut rows = vec![row![
+            "error against float",
+            "frames",
+            "greatest",
+            "rms",
+            "unit"
+        ]];
+        let number = |v: Option<f64>| v.map_or_else(|| "not measured".into(), significant);
         rows.extend(
             report
                 .error_vs_float
                 .iter()
-                .map(|e| row![e.output, significant(e.max), significant(e.rms), e.unit]),
+                .map(|e| row![e.output, e.frames, number(e.max), number(e.rms), e.unit]),
         );
-        text.push_str(&columns("lrrl", &rows));
+        text.push_str(&columns("lrrrl", &rows));
     }
     if report.rows_outside_box > 0 {
         let _ = write!(

@@ -2,10 +2,14 @@
 
 use std::ffi::OsString;
 
-use super::{BuildPlan, Built, Simulator, absolute};
+use super::input::{self, Input};
+use super::{BuildPlan, Built, Simulator};
 use crate::error::ToolError;
-use crate::tool::run::{io, remove};
-use crate::tool::{ICARUS, Invocation, Toolbox, VVP, run};
+use crate::tool::live::Scratch;
+use crate::tool::run::{io, remove, run_in};
+use crate::tool::{ICARUS, Invocation, Toolbox, VVP};
+
+const IMAGE: &str = "icarus.vvp";
 
 pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
     tools.find(&VVP)?;
@@ -13,12 +17,18 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 }
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
+    let mut inputs = input::core(&plan.sources)?;
+    for bench in [&plan.bench, &plan.bench_icarus] {
+        inputs.push(Input::read(bench)?);
+    }
     let compiler = tools.find(&ICARUS)?;
     let runtime = tools.find(&VVP)?;
     let directory = std::path::absolute(&plan.work_dir).map_err(io(&plan.work_dir))?;
-    let image = directory.join("icarus.vvp");
+    let image = directory.join(IMAGE);
     remove(&image)?;
 
+    let temporary = std::env::temp_dir();
+    let scratch = Scratch::new("hwgen-icarus-", &temporary).map_err(io(&temporary))?;
     let mut arguments: Vec<OsString> = [
         "-g2005",
         "-Wall",
@@ -29,11 +39,9 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     .map(OsString::from)
     .into();
     arguments.push(format!("{}_tb_icarus", plan.design).into());
-    arguments.push("-o".into());
-    arguments.push(image.clone().into());
-    arguments.extend(absolute(&plan.sources)?);
-    arguments.extend(absolute(&[plan.bench.clone(), plan.bench_icarus.clone()])?);
-    let run = run(&Invocation {
+    arguments.extend(["-o", IMAGE].map(OsString::from));
+    arguments.extend(input::place(&inputs, scratch.path())?);
+    let invocation = Invocation {
         tool: compiler.name.clone(),
         version: compiler.version.to_string(),
         program: compiler.path,
@@ -41,10 +49,13 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
         directory,
         label: "icarus-build".to_owned(),
         timeout: plan.timeout,
-    })?;
-    if std::fs::metadata(&image).map_or(0, |m| m.len()) == 0 {
+    };
+    let run = run_in(&invocation, scratch.path())?;
+    let compiled = scratch.path().join(IMAGE);
+    if std::fs::metadata(&compiled).map_or(0, |m| m.len()) == 0 {
         return Err(run.no_verdict(&compiler.name, "a compiled design"));
     }
+    std::fs::copy(&compiled, &image).map_err(io(&image))?;
     Ok(Built {
         simulator: Simulator::Icarus,
         version: compiler.version.to_string(),

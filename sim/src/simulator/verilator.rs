@@ -1,17 +1,24 @@
 //! Verilator: Verilog to C++, `make` and `g++` to a program, which is kept for the next time.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
-use super::{BuildPlan, Built, Purpose, Simulator, absolute};
+use super::input::{self, Input};
+use super::{BuildPlan, Built, Purpose, Simulator};
 use crate::error::ToolError;
-use crate::tool::run::io;
-use crate::tool::{CXX, FoundTool, Invocation, MAKE, Toolbox, VERILATOR, run};
+use crate::tool::live::{Scratch, copy_program};
+use crate::tool::run::{io, run_in};
+use crate::tool::{CXX, FoundTool, Invocation, MAKE, Toolbox, VERILATOR};
 
 const PROGRAM: &str = "Vtb";
 const LABEL: &str = "verilator-build";
+/// Prefix of an entry of the cache that is not whole yet.
+const ASIDE: &str = ".building-";
+/// After this time nobody writes such an entry any more.
+const STALE: Duration = Duration::from_secs(3600);
 
 pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
     tools.find(&MAKE)?;
@@ -20,37 +27,39 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 }
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
+    let mut inputs = input::core(&plan.sources)?;
+    for bench in [&plan.bench, &plan.main_cpp] {
+        inputs.push(Input::read(bench)?);
+    }
     tools.find(&MAKE)?;
     let compiler = tools.find(&CXX)?;
     let verilator = tools.find(&VERILATOR)?;
     let cache = std::path::absolute(&plan.cache_dir).map_err(io(&plan.cache_dir))?;
     std::fs::create_dir_all(&cache).map_err(io(&cache))?;
-    let entry = cache.join(key(plan, &verilator, &compiler)?);
+    sweep(&cache)?;
+    let entry = cache.join(key(plan, &inputs, [&verilator, &compiler]));
 
+    let work = std::path::absolute(&plan.work_dir).map_err(io(&plan.work_dir))?;
     let cached = entry.join(PROGRAM).is_file();
-    if !cached {
+    if cached {
+        copy_logs(&entry, &work)?;
+    } else {
+        let scratch = compile(plan, &inputs, &verilator, &work)?;
+        let program = scratch.path().join("obj").join(PROGRAM);
         // Aside, and renamed when it is whole: whoever else builds the same never sees half of it.
-        let aside = tempfile::Builder::new()
-            .prefix(".building-")
-            .tempdir_in(&cache)
-            .map_err(io(&cache))?;
-        compile(plan, &verilator, aside.path())?;
+        let aside = Scratch::new(ASIDE, &cache).map_err(io(&cache))?;
+        copy_logs(&work, aside.path())?;
+        copy_program(&program, &aside.path().join(PROGRAM)).map_err(io(&program))?;
         // What has no program is no build: left by someone who meddled with the cache.
         if entry.is_dir() && !entry.join(PROGRAM).is_file() {
             std::fs::remove_dir_all(&entry).map_err(io(&entry))?;
         }
         match std::fs::rename(aside.path(), &entry) {
-            // Renamed away, so there is nothing left to delete.
-            Ok(()) => drop(aside.keep()),
+            Ok(()) => {}
             // Another was first; its build is as good.
             Err(_) if entry.join(PROGRAM).is_file() => {}
             Err(error) => return Err(io(&entry)(error)),
         }
-    }
-    for extension in ["log", "run.json"] {
-        let name = format!("{LABEL}.{extension}");
-        let (from, to) = (entry.join(&name), plan.work_dir.join(&name));
-        std::fs::copy(&from, &to).map_err(io(&from))?;
     }
     Ok(Built {
         simulator: Simulator::Verilator,
@@ -61,31 +70,75 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     })
 }
 
-fn compile(plan: &BuildPlan, verilator: &FoundTool, directory: &Path) -> Result<(), ToolError> {
+/// Deletes what builds that were killed have left in the cache.
+fn sweep(cache: &Path) -> Result<(), ToolError> {
+    let now = SystemTime::now();
+    for entry in std::fs::read_dir(cache).map_err(io(cache))? {
+        let entry = entry.map_err(io(cache))?;
+        let aside = entry.file_name().to_string_lossy().starts_with(ASIDE);
+        // None where another has just renamed or deleted it.
+        let changed = entry.metadata().and_then(|m| m.modified()).ok();
+        let age = changed.and_then(|changed| now.duration_since(changed).ok());
+        if aside && age.is_some_and(|age| age > STALE) {
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+    Ok(())
+}
+
+fn copy_logs(from: &Path, to: &Path) -> Result<(), ToolError> {
+    for extension in ["log", "run.json"] {
+        let name = format!("{LABEL}.{extension}");
+        let from = from.join(&name);
+        std::fs::copy(&from, to.join(&name)).map_err(io(&from))?;
+    }
+    Ok(())
+}
+
+/// Leaves the program in `obj` of a directory of its own; log and record are left in `work`.
+fn compile(
+    plan: &BuildPlan,
+    inputs: &[Input],
+    verilator: &FoundTool,
+    work: &Path,
+) -> Result<Scratch, ToolError> {
+    let temporary = plain_directory();
+    let scratch = Scratch::new("hwgen-verilator-", &temporary).map_err(io(&temporary))?;
     let mut arguments: Vec<OsString> = flags(plan).into_iter().map(OsString::from).collect();
     let jobs = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     arguments.extend(["-j".to_owned(), jobs.to_string()].map(OsString::from));
     arguments.extend(["-Mdir", "obj"].map(OsString::from));
-    arguments.extend(absolute(std::slice::from_ref(&plan.main_cpp))?);
-    arguments.extend(absolute(&plan.sources)?);
-    arguments.extend(absolute(std::slice::from_ref(&plan.bench))?);
-    let run = run(&Invocation {
+    arguments.extend(input::place(inputs, scratch.path())?);
+    let invocation = Invocation {
         tool: verilator.name.clone(),
         version: verilator.version.to_string(),
         program: verilator.path.clone(),
         arguments,
-        directory: directory.to_owned(),
+        directory: work.to_owned(),
         label: LABEL.to_owned(),
         timeout: plan.timeout,
-    })?;
-    let objects = directory.join("obj");
-    let program = objects.join(PROGRAM);
+    };
+    let run = run_in(&invocation, scratch.path())?;
+    let program = scratch.path().join("obj").join(PROGRAM);
     if std::fs::metadata(&program).map_or(0, |m| m.len()) == 0 {
         return Err(run.no_verdict(&verilator.name, "a program"));
     }
-    let kept = directory.join(PROGRAM);
-    std::fs::rename(&program, &kept).map_err(io(&kept))?;
-    std::fs::remove_dir_all(&objects).map_err(io(&objects))
+    Ok(scratch)
+}
+
+/// For temporary files, with a path that make can build in: it refuses spaces, and a shell may
+/// read quotes.
+fn plain_directory() -> PathBuf {
+    let plain = |path: &Path| {
+        let plain = |c: char| c.is_alphanumeric() || "/._-+".contains(c);
+        path.to_str().is_some_and(|path| path.chars().all(plain))
+    };
+    let temporary = std::env::temp_dir();
+    if plain(&temporary) {
+        temporary
+    } else {
+        PathBuf::from("/var/tmp")
+    }
 }
 
 /// All flags that change what is built.
@@ -119,26 +172,25 @@ fn flags(plan: &BuildPlan) -> Vec<String> {
 }
 
 /// Name of the build in the cache: everything that it depends on.
-fn key(plan: &BuildPlan, verilator: &FoundTool, compiler: &FoundTool) -> Result<String, ToolError> {
+fn key(plan: &BuildPlan, inputs: &[Input], tools: [&FoundTool; 2]) -> String {
     let mut hash = Sha256::new();
     let mut add = |bytes: &[u8]| {
         hash.update(u64::try_from(bytes.len()).unwrap_or(0).to_le_bytes());
         hash.update(bytes);
     };
-    for tool in [verilator, compiler] {
+    for tool in tools {
         add(tool.path.as_os_str().as_encoded_bytes());
         add(tool.version.to_string().as_bytes());
     }
     for flag in flags(plan) {
         add(flag.as_bytes());
     }
-    let files = plan.sources.iter().chain([&plan.bench, &plan.main_cpp]);
-    for path in files {
-        add(path.file_name().unwrap_or_default().as_encoded_bytes());
-        add(&std::fs::read(path).map_err(io(path))?);
+    for input in inputs {
+        add(input.name.as_encoded_bytes());
+        add(&input.text);
     }
     let digest = hash.finalize();
-    Ok(digest.iter().take(16).map(|b| format!("{b:02x}")).collect())
+    digest.iter().take(16).map(|b| format!("{b:02x}")).collect()
 }
 
 /// Reads `hwgen: N clocks in S seconds`.

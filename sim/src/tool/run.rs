@@ -2,11 +2,11 @@
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use super::live::Running;
 use crate::error::ToolError;
 
 /// A command to be run.
@@ -68,6 +68,11 @@ const LAST_LINES: usize = 12;
 /// If it cannot be started, fails, or is still running after its time limit; then it is killed
 /// with all the processes it started.
 pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
+    run_in(invocation, &invocation.directory)
+}
+
+/// The same in another directory than the one that log and record are left in.
+pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, ToolError> {
     let directory = &invocation.directory;
     let log = directory.join(format!("{}.log", invocation.label));
     let record = directory.join(format!("{}.run.json", invocation.label));
@@ -80,16 +85,14 @@ pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
     let output = File::create(&log).map_err(io(&log))?;
     let error = output.try_clone().map_err(io(&log))?;
     let start = Instant::now();
-    let child = Command::new(&invocation.program)
+    let mut command = Command::new(&invocation.program);
+    command
         .args(&invocation.arguments)
-        .current_dir(directory)
+        .current_dir(current)
         .stdin(Stdio::null())
         .stdout(output)
-        .stderr(error)
-        // A group of its own, so that make's compilers can be killed with make.
-        .process_group(0)
-        .spawn()
-        .map_err(io(&invocation.program))?;
+        .stderr(error);
+    let child = Running::start(&mut command).map_err(io(&invocation.program))?;
     let ended = wait(child, start + invocation.timeout).map_err(io(&invocation.program))?;
     let duration = start.elapsed();
 
@@ -131,23 +134,15 @@ pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
 }
 
 /// `None` if it had to be killed.
-fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Option<ExitStatus>> {
+fn wait(mut child: Running, deadline: Instant) -> std::io::Result<Option<ExitStatus>> {
     let mut pause = Duration::from_micros(200);
     loop {
-        if let Some(status) = child.try_wait()? {
+        if let Some(status) = child.poll()? {
             return Ok(Some(status));
         }
         let now = Instant::now();
         if now >= deadline {
-            // Not yet waited for, so its number cannot have passed to another process.
-            if let Ok(group) = i32::try_from(child.id())
-                && let Some(group) = rustix::process::Pid::from_raw(group)
-            {
-                let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
-            }
-            child.kill()?;
-            child.wait()?;
-            return Ok(None);
+            return child.kill().map(|()| None);
         }
         std::thread::sleep(pause.min(deadline - now));
         pause = (pause * 2).min(Duration::from_millis(20));

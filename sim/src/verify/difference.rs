@@ -6,7 +6,8 @@ use std::path::Path;
 
 use hwgen_spec::format::{QFormat, to_bits};
 
-use super::{Case, FirstDifference, VerifyPlan, io_error, write};
+use super::replay::Case;
+use super::{FirstDifference, VerifyPlan, io_error, write};
 use crate::compare::Difference;
 use crate::error::SimError;
 use crate::explain::explain;
@@ -78,7 +79,7 @@ pub(super) fn of_registers(
         RtlValue::Unknown(_) => None,
     };
 
-    let clocks = case.session.pins.len();
+    let clocks = case.clocks;
     let rows = Dump::open(dump)?.values(register, clocks)?;
     let first = found.clock.saturating_sub(WINDOW);
     let last = (found.clock + WINDOW).min(clocks - 1);
@@ -139,7 +140,7 @@ fn record(plan: &VerifyPlan<'_>, case: &Case<'_>, clocks: usize) -> Recording {
     let mut model = Model::new(plan.design);
     let mut recording = Recording::new(model.registers());
     let mut row = Vec::new();
-    for pins in case.session.pins.iter().take(clocks) {
+    for pins in case.pins(plan).iter().take(clocks) {
         model.step(pins);
         row.clear();
         model.values(&mut row);

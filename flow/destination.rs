@@ -1,0 +1,146 @@
+//! Where results go: files that nobody misses.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Component, Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// What a result may not be written to.
+#[derive(Clone, Copy, Debug)]
+pub struct Precious<'a> {
+    /// The bundle: nothing inside of it is ever written.
+    pub bundle: &'a Path,
+    /// The file that is read.
+    pub inputs: &'a Path,
+    /// Whether another file may be replaced.
+    pub force: bool,
+}
+
+/// A file to be written, or a pipe or a device.
+#[derive(Clone, Debug)]
+pub struct Destination {
+    named: PathBuf,
+    real: PathBuf,
+    force: bool,
+}
+
+impl Destination {
+    /// A place that may be written to.
+    ///
+    /// # Errors
+    /// If it is the file that is read, inside of the bundle, or an existing file without `force`.
+    pub fn new(path: &Path, precious: &Precious<'_>) -> Result<Self, Failure> {
+        let refuse = |code, message: &str, help: &str| {
+            let failure = Failure::input(code, message).file(path.display().to_string());
+            Err(failure.help(help))
+        };
+        let real_path = |path: &Path| real_path(path).map_err(|e| Failure::io(path, &e));
+        let real = real_path(path)?;
+        let existing = fs::metadata(&real).ok();
+        if existing.as_ref().is_none_or(fs::Metadata::is_file) {
+            if real == real_path(precious.inputs)? {
+                let message = "another file than that of the inputs expected";
+                return refuse("overwrites-input", message, "write to another file");
+            }
+            if real.starts_with(real_path(precious.bundle)?) {
+                let message = "a file outside of the bundle expected";
+                let help = "write to another directory: a bundle is never written to";
+                return refuse("inside-bundle", message, help);
+            }
+        }
+        if existing.is_some_and(|e| e.is_file()) && !precious.force {
+            let help = "write to another file, or replace this one with --force";
+            return refuse("exists", "a new file expected, an existing one found", help);
+        }
+        Ok(Self {
+            named: path.to_owned(),
+            real,
+            force: precious.force,
+        })
+    }
+
+    /// As the user named it.
+    pub fn path(&self) -> &Path {
+        &self.named
+    }
+
+    /// Whether both are the same place.
+    pub fn is(&self, other: &Self) -> bool {
+        self.real == other.real
+    }
+
+    /// Writes a file whole or not at all: beside its place, then renamed.
+    ///
+    /// # Errors
+    /// If the system refuses it, or a file came into being meanwhile.
+    pub fn write(&self, text: &[u8]) -> Result<(), Failure> {
+        let error = |e: io::Error| Failure::io(&self.named, &e);
+        // A pipe or a device is written to, not replaced.
+        if self.real.exists() && !self.real.is_file() {
+            return fs::write(&self.real, text).map_err(error);
+        }
+        let parent = self.real.parent().unwrap_or(Path::new("/"));
+        fs::create_dir_all(parent).map_err(|e| Failure::io(parent, &e))?;
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // A temporary file is private; this one is as public as any new file.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let mut aside = builder
+            .prefix(".hwgen-new-")
+            .tempfile_in(parent)
+            .map_err(error)?;
+        aside.write_all(text).map_err(error)?;
+        let placed = if self.force {
+            aside.persist(&self.real)
+        } else {
+            aside.persist_noclobber(&self.real)
+        };
+        placed.map(drop).map_err(|e| error(e.error))
+    }
+}
+
+/// The path without links and dots, as far as it exists; what does not exist yet is no link.
+pub(crate) fn real_path(path: &Path) -> io::Result<PathBuf> {
+    let mut real = PathBuf::new();
+    for component in std::path::absolute(path)?.components() {
+        match component {
+            Component::ParentDir => {
+                real.pop();
+            }
+            other => real.push(other),
+        }
+        match real.canonicalize() {
+            Ok(existing) => real = existing,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(real)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_and_links_lead_to_one_place() {
+        let place = tempfile::tempdir().expect("a directory");
+        let root = place.path().canonicalize().expect("real");
+        fs::create_dir(root.join("a")).expect("created");
+        std::os::unix::fs::symlink("a", root.join("link")).expect("linked");
+        for path in [
+            "a/f",
+            "link/f",
+            "./link/../a/f",
+            "new/../a/f",
+            "new/deep/../../a/f",
+        ] {
+            let real = real_path(&root.join(path)).expect(path);
+            assert_eq!(real, root.join("a/f"), "{path}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The files of a build, read once: what is searched, hashed and compiled is the same.
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::error::ToolError;
+use crate::tool::run::io;
+
+/// What makes a source depend on a file that is not among the sources.
+const OUTSIDE: [&str; 4] = ["`include", "$readmem", "$fopen", "$system"];
+
+/// Where copies go, below the directory in which a compiler runs.
+const FOLDER: &str = "src";
+
+/// One file.
+pub(super) struct Input {
+    /// Its name in the build, free of the directories that it comes from: compilers, makefiles
+    /// and dumps stumble over spaces and quotes.
+    pub(super) name: OsString,
+    pub(super) text: Vec<u8>,
+}
+
+impl Input {
+    pub(super) fn read(path: &Path) -> Result<Self, ToolError> {
+        Ok(Self {
+            name: path.file_name().unwrap_or_default().to_owned(),
+            text: std::fs::read(path).map_err(io(path))?,
+        })
+    }
+}
+
+/// The Verilog of a core.
+///
+/// # Errors
+/// [`ToolError::Outside`] if it reads other files: a check would not see them change.
+pub(super) fn core(paths: &[PathBuf]) -> Result<Vec<Input>, ToolError> {
+    paths
+        .iter()
+        .map(|path| {
+            let input = Input::read(path)?;
+            let text = String::from_utf8_lossy(&input.text);
+            let found = |line: &str| OUTSIDE.into_iter().find(|word| line.contains(word));
+            match (1..)
+                .zip(text.lines())
+                .find_map(|(n, l)| Some((n, found(l)?)))
+            {
+                Some((line, found)) => Err(ToolError::Outside {
+                    path: path.clone(),
+                    line,
+                    found,
+                }),
+                None => Ok(input),
+            }
+        })
+        .collect()
+}
+
+/// Copies the files below a directory, and names them from there.
+pub(super) fn place(inputs: &[Input], directory: &Path) -> Result<Vec<OsString>, ToolError> {
+    let folder = directory.join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(io(&folder))?;
+    inputs
+        .iter()
+        .map(|input| {
+            let path = folder.join(&input.name);
+            // New, or one of two files of one name would be left out in silence.
+            std::fs::File::create_new(&path)
+                .and_then(|mut file| file.write_all(&input.text))
+                .map_err(io(&path))?;
+            Ok(Path::new(FOLDER).join(&input.name).into_os_string())
+        })
+        .collect()
+}

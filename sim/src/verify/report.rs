@@ -1,0 +1,117 @@
+//! What a check has found.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+/// What was promised and what was seen.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Cycles {
+    /// By the design.
+    pub stated: usize,
+    /// At the pins; `None` if nothing could be measured.
+    pub measured: Option<usize>,
+}
+
+/// The verdict on one simulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Every register at every edge.
+    Equal,
+    /// There is a first difference.
+    Differs,
+}
+
+/// One simulator's part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SimulatorRun {
+    /// `icarus` or `verilator`.
+    pub simulator: String,
+    /// Its version.
+    pub version: String,
+    /// Frames whose outputs were compared.
+    pub frames: usize,
+    /// Rising edges compared.
+    pub edges: usize,
+    /// Registers compared at each edge.
+    pub registers: usize,
+    /// Words compared, over all edges.
+    pub values_compared: u64,
+    /// Equal or not.
+    pub verdict: Verdict,
+    /// Seconds of building and replaying, replays that ran side by side added up.
+    pub seconds: f64,
+}
+
+/// Error of a fixed-point output against the float network, the rounding of the inputs included.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OutputError {
+    /// `<network>.<output>`
+    pub output: String,
+    /// Unit of the numbers below.
+    pub unit: String,
+    /// Frames that it was measured with, all inside of the box: rows of the vectors file, or
+    /// random points if there is none.
+    pub frames: usize,
+    /// Greatest absolute error; `None` if there was no such frame.
+    pub max: Option<f64>,
+    /// Root of the mean square error.
+    pub rms: Option<f64>,
+}
+
+/// Where a simulator parts from the model, or the model from the untimed values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FirstDifference {
+    /// `icarus`, `verilator`, or `model` where the model itself parts from the untimed values.
+    pub simulator: String,
+    /// The stimulus that showed it, such as `random x back-pressure`.
+    pub segment: String,
+    /// Rising edge of that stimulus, from 0.
+    pub cycle: usize,
+    /// Path of the signal from the top module.
+    pub signal: String,
+    /// Lane of the signal, lowest first.
+    pub lane: usize,
+    /// Network, if the signal belongs to one.
+    pub network: Option<String>,
+    /// Layer, if the signal belongs to one.
+    pub layer: Option<String>,
+    /// Neuron whose value it is, where that can be told.
+    pub neuron: Option<usize>,
+    /// Input whose weight or operand it is, where that can be told.
+    pub input: Option<usize>,
+    /// The model's code.
+    pub model: i64,
+    /// The simulator's code, or its bits if some are unknown.
+    pub rtl: String,
+    /// The model's value in real units, where the register has a format.
+    pub model_real: Option<f64>,
+    /// The simulator's value in real units.
+    pub rtl_real: Option<f64>,
+    /// Values around the first difference, a line a cycle.
+    pub window: Vec<String>,
+    /// The simulator's dump, the model's, and a GTKWave save file that shows both.
+    pub files: Vec<PathBuf>,
+}
+
+/// The outcome of a check.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// True if everything was compared and equal.
+    pub verified: bool,
+    /// One entry a simulator.
+    pub runs: Vec<SimulatorRun>,
+    /// Latency.
+    pub latency_cycles: Cycles,
+    /// Interval.
+    pub interval_cycles: Cycles,
+    /// One entry an output.
+    pub error_vs_float: Vec<OutputError>,
+    /// Rows of the vectors file that lie outside of the box.
+    pub rows_outside_box: usize,
+    /// Frames with an input outside of the box or a word inside saturated, whatever their class.
+    pub frames_saturated: usize,
+    /// The first difference, if there is one.
+    pub first_difference: Option<FirstDifference>,
+}
