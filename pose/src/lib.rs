@@ -8,3 +8,4 @@ pub mod frames;
 pub mod observe;
 pub mod sample;
 pub mod scene;
+pub mod solve;

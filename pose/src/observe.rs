@@ -189,7 +189,7 @@ impl Scene {
 
 impl Camera {
     /// Derivative of [`pixel`](Self::pixel): rows u and v, columns x, y and z in C.
-    fn pixel_derivative(&self, point: &Vector3<f64>) -> SMatrix<f64, 2, 3> {
+    pub(crate) fn pixel_derivative(&self, point: &Vector3<f64>) -> SMatrix<f64, 2, 3> {
         let depth = point.x;
         let ray = Vector2::new(point.y / depth, point.z / depth);
         let by_point = SMatrix::<f64, 2, 3>::new(
