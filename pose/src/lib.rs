@@ -9,4 +9,3 @@ pub mod observe;
 pub mod sample;
 pub mod scene;
 pub mod solve;
-pub mod train;

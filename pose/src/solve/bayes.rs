@@ -71,8 +71,14 @@ pub struct Posterior {
 /// rad
 pub const LEAST_RODRIGUES_RAD: f64 = 0.01;
 
-/// Levels whose evidence is below that of the best by this logarithm are passed over.
+/// Levels whose evidence is below that of the best by more than this logarithm do not matter.
 const NEGLIGIBLE: f64 = 9.0;
+
+/// Fewer effective samples than this share of a level's samples call for draws within the box.
+const POOR: f64 = 0.1;
+
+/// How many times as many samples these are.
+const MORE: usize = 4;
 
 impl<'a> Bayes<'a> {
     /// The estimator of a scene for some noise levels, with a number of samples for each.
@@ -108,39 +114,47 @@ impl<'a> Bayes<'a> {
     ) -> Option<Posterior> {
         let sightings = Sightings::of(self.scene, pixels);
         let start = start.map_or_else(|| self.start(pixels), |q| self.prior.nearest(q));
-        let modes = self.modes(&sightings, start);
-        let most = modes
-            .iter()
-            .map(|(_, evidence)| *evidence)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let levels = self.modes(&sightings, start)?;
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(index);
-        let mut draws = Vec::with_capacity(modes.len() * (self.samples + 1));
-        for (mode, evidence) in &modes {
-            if *evidence >= most - NEGLIGIBLE {
-                let drawn = self.prior.draw(&sightings, mode, self.samples, &mut rng);
-                let log_probability = evidence - mode.log_evidence;
-                draws.extend(drawn.into_iter().map(|draw| Draw {
-                    log_weight: draw.log_weight + log_probability,
-                    ..draw
-                }));
-            }
-        }
+        let draws = draw_all(&levels, self.samples, |mode, count| {
+            self.prior.draw(&sightings, mode, count, &mut rng)
+        });
+        let enough = POOR * self.samples as f64;
         Posterior::of(&draws)
+            .filter(|posterior| posterior.effective_samples >= enough)
+            .or_else(|| {
+                let draws = draw_all(&levels, MORE * self.samples, |mode, count| {
+                    self.prior.draw_within(&sightings, mode, count, &mut rng)
+                });
+                Posterior::of(&draws)
+            })
     }
 
-    /// The mode of each level, each sought from that of the level below, and the logarithm of its
-    /// evidence with the level's probability.
-    fn modes(&self, sightings: &Sightings, mut start: Whitened) -> Vec<(Mode, f64)> {
-        let mut modes = Vec::with_capacity(self.levels.len());
-        for level in &self.levels {
-            if let Some(mode) = self.prior.mode(sightings, level.sigma_px, start) {
-                start = mode.at;
-                let evidence = mode.log_evidence + level.probability.ln();
-                modes.push((mode, evidence));
+    /// The modes of the levels that matter, with the logarithms of their probabilities.
+    fn modes(&self, sightings: &Sightings, start: Whitened) -> Option<Vec<(f64, Mode)>> {
+        // The finest noise leads to the best fit, and its expansion says which levels matter.
+        let start = self.prior.place(sightings, start)?;
+        let finest = self.levels.first()?.sigma_px;
+        let mut place = self.prior.climb(sightings, finest, start);
+        let guesses = self.levels.iter().filter_map(|level| {
+            let log_probability = level.probability.ln();
+            let mode = place.mode(level.sigma_px)?;
+            Some((log_probability, mode.log_evidence + log_probability, level.sigma_px))
+        });
+        let guesses: Vec<_> = guesses.collect();
+        let most = guesses
+            .iter()
+            .map(|(_, evidence, _)| *evidence)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let mut modes = Vec::with_capacity(guesses.len());
+        for (log_probability, evidence, sigma_px) in guesses {
+            if evidence >= most - NEGLIGIBLE {
+                place = self.prior.climb(sightings, sigma_px, place);
+                modes.push((log_probability, place.mode(sigma_px)?));
             }
         }
-        modes
+        Some(modes)
     }
 
     fn start(&self, pixels: &[f64]) -> Whitened {
@@ -162,6 +176,31 @@ impl Estimator for Bayes<'_> {
         let posterior = self.posterior(pixels, fingerprint(pixels), None)?;
         Some(Pose::new(posterior.position_m, posterior.rodrigues_rad))
     }
+}
+
+/// Draws of all levels, weighed against each other: at most `samples` of each, and fewer of those
+/// with less evidence.
+fn draw_all(
+    levels: &[(f64, Mode)],
+    samples: usize,
+    mut draw: impl FnMut(&Mode, usize) -> Vec<Draw>,
+) -> Vec<Draw> {
+    const FEWEST: f64 = 4.0;
+    let evidence = levels
+        .iter()
+        .map(|(log_probability, mode)| log_probability + mode.log_evidence);
+    let most = evidence.clone().fold(f64::NEG_INFINITY, f64::max);
+    let mut draws = Vec::new();
+    for ((log_probability, mode), evidence) in levels.iter().zip(evidence) {
+        // Between equal numbers and numbers by evidence, which would trust a rough value of it.
+        let share = ((evidence - most) / 2.0).exp();
+        let count = (share * samples as f64).max(FEWEST).min(samples as f64);
+        draws.extend(draw(mode, count as usize).into_iter().map(|draw| Draw {
+            log_weight: draw.log_weight + log_probability,
+            ..draw
+        }));
+    }
+    draws
 }
 
 /// FNV-1a over the words of some numbers.
@@ -190,8 +229,8 @@ impl Posterior {
         for draw in draws {
             let weight = (draw.log_weight - most).exp();
             let (p, r) = (draw.pose.position_m, draw.pose.rodrigues_rad());
-            let by_p = weight / p.norm();
-            let by_r = weight / r.norm().max(LEAST_RODRIGUES_RAD);
+            let by_p = weight / p.norm_squared();
+            let by_r = weight / r.norm_squared().max(LEAST_RODRIGUES_RAD * LEAST_RODRIGUES_RAD);
             total += weight;
             squares += weight * weight;
             sums.position_m += p * weight;
