@@ -9,3 +9,4 @@ pub mod observe;
 pub mod sample;
 pub mod scene;
 pub mod solve;
+pub mod train;

@@ -53,7 +53,7 @@ fn slopes_are_those_of_finite_differences() {
     let at = busy(1);
     let slope = batch.slope(&Perceptron::new(SHAPE, &at));
     assert!((slope.loss - batch.loss(&Perceptron::new(SHAPE, &at))).abs() < 1e-6 * slope.loss);
-    let step = 1e-2;
+    let step: f64 = 1e-2;
     for i in 0..at.len() {
         let loss = |by: f64| {
             let mut moved = at.clone();

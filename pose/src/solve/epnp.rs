@@ -168,11 +168,7 @@ impl Controls {
 
 /// The weights of `count` directions from their products, taken as unknowns of
 /// their own; where these outnumber the distances, from those with the first weight alone.
-fn first_betas(
-    differences: &Differences,
-    squares: &[f64],
-    count: usize,
-) -> Option<DVector<f64>> {
+fn first_betas(differences: &Differences, squares: &[f64], count: usize) -> Option<DVector<f64>> {
     let all: Vec<(usize, usize)> = (0..count)
         .flat_map(|a| (a..count).map(move |b| (a, b)))
         .collect();

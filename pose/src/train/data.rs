@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
 use crate::sample::Sampler;
-use crate::solve::bayes::Bayes;
+use crate::solve::bayes::{Bayes, LEAST_RODRIGUES_RAD};
 
 /// What a sample's target is.
 #[derive(Clone, Copy, Debug)]
@@ -37,12 +37,6 @@ pub struct Dataset {
     /// Noise of each sample.
     pub noise_px: Vec<f64>,
 }
-
-/// Below this length a Rodrigues vector weighs no more.
-///
-/// # Units
-/// rad
-const LEAST_RODRIGUES_RAD: f64 = 0.01;
 
 impl Dataset {
     /// Samples from an index on; sample `i` gets level `i` of the list, again and again.

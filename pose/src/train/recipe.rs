@@ -117,6 +117,20 @@ impl Recipe {
         }
     }
 
+    /// The recipe with another optimizer, and as many epochs as that one takes.
+    pub fn with_optimizer(self, optimizer: Optimizer) -> Self {
+        let (epochs, patience) = match optimizer {
+            Optimizer::Rprop => (5_000, 200),
+            Optimizer::Levenberg => (30, 10),
+        };
+        Self {
+            optimizer,
+            epochs,
+            patience,
+            ..self
+        }
+    }
+
     /// How much a sample's squared error counts for its noise.
     ///
     /// What cannot be known grows with the noise; an error of the network on top of it matters as
