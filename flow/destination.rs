@@ -9,8 +9,8 @@ use crate::failure::Failure;
 /// What a result may not be written to.
 #[derive(Clone, Copy, Debug)]
 pub struct Precious<'a> {
-    /// The bundle: nothing inside of it is ever written.
-    pub bundle: &'a Path,
+    /// The bundle that is read, if any: nothing inside of it is ever written.
+    pub bundle: Option<&'a Path>,
     /// The file that is read.
     pub inputs: &'a Path,
     /// Whether another file may be replaced.
@@ -43,7 +43,8 @@ impl Destination {
                 let message = "another file than that of the inputs expected";
                 return refuse("overwrites-input", message, "write to another file");
             }
-            if real.starts_with(real_path(precious.bundle)?) {
+            let bundle = precious.bundle.map(real_path).transpose()?;
+            if bundle.is_some_and(|bundle| real.starts_with(bundle)) {
                 let message = "a file outside of the bundle expected";
                 let help = "write to another directory: a bundle is never written to";
                 return refuse("inside-bundle", message, help);

@@ -53,6 +53,11 @@ impl Output {
         self.verbose
     }
 
+    /// Whether progress is one line that changes in its place.
+    pub fn in_place(&self) -> bool {
+        self.terminal && !self.verbose && !self.quiet
+    }
+
     /// Prints a result for people.
     ///
     /// # Errors
@@ -137,7 +142,7 @@ impl Progress<'_> {
         if self.output.quiet {
             return;
         }
-        let in_place = self.output.terminal && !self.output.verbose;
+        let in_place = self.output.in_place();
         if in_place {
             let _ = write!(io::stderr().lock(), "\r\x1b[K[{done}/{total}] {activity}");
         } else if activity != self.last {

@@ -161,7 +161,7 @@ pub fn run(args: &Args, _: &Output) -> Result<Outcome, Failure> {
 /// Where table and registers go: looked at before the work, not after it.
 fn destinations(args: &Args) -> Result<(Option<Destination>, Option<Destination>), Failure> {
     let precious = Precious {
-        bundle: &args.bundle,
+        bundle: Some(&args.bundle),
         inputs: &args.inputs,
         force: args.force,
     };

@@ -65,7 +65,7 @@ pub struct Args {
     /// Samples, one in five of them kept back for validation [default: 25000; paper: 10000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub samples: Option<usize>,
-    /// Noise levels in px, each for as many samples [default: 0 to 5 in ten steps; paper: 0]
+    /// Noise levels in px, each for as many samples [default: 0 to 5; paper: 0]
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "resume")]
     pub noise: Option<Vec<f64>>,
     /// Most passes over all samples, for each network [default: 30; with RPROP 5000]

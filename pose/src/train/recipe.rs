@@ -40,7 +40,8 @@ pub struct Recipe {
     pub hidden: usize,
     /// Samples, those of the validation set among them.
     pub samples: usize,
-    /// Noise of the samples, one level after the other.
+    /// Noise of the samples, one level after the other; a level that stands there twice is twice
+    /// as probable.
     pub noise_px: Vec<f64>,
     /// How the weights are sought.
     pub optimizer: Optimizer,
@@ -105,7 +106,7 @@ impl Recipe {
         Self {
             hidden: 256,
             samples: 25_000,
-            noise_px: vec![0.0, 0.1, 0.3, 0.6, 1.0, 1.6, 2.3, 3.0, 4.0, 5.0],
+            noise_px: vec![0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 5.0],
             optimizer: Optimizer::Levenberg,
             front: Front::Whiten,
             target: Target::Posterior,

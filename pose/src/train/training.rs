@@ -206,14 +206,17 @@ impl<'a> Training<'a> {
 }
 
 fn draw(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> Dataset {
-    let levels: Vec<NoiseLevel> = recipe
-        .noise_px
-        .iter()
-        .map(|level| NoiseLevel {
-            sigma_px: level.max(FINEST_LEVEL_PX),
-            probability: 1.0,
-        })
-        .collect();
+    let mut levels: Vec<NoiseLevel> = Vec::new();
+    for level in &recipe.noise_px {
+        let sigma_px = level.max(FINEST_LEVEL_PX);
+        match levels.iter_mut().find(|known| known.sigma_px == sigma_px) {
+            Some(known) => known.probability += 1.0,
+            None => levels.push(NoiseLevel {
+                sigma_px,
+                probability: 1.0,
+            }),
+        }
+    }
     let bayes = Bayes::new(sampler.scene(), &levels, recipe.posterior_draws, seed);
     let teacher = match recipe.target {
         Target::Truth => Teacher::Truth,
