@@ -4,6 +4,7 @@ pub mod demo;
 pub mod doctor;
 pub mod emit;
 pub mod run;
+pub mod sample;
 pub mod schema;
 pub mod verify;
 

@@ -1,10 +1,10 @@
 //! Tables of numbers in CSV files: vectors in, results out.
 
-use std::io::Write;
 use std::path::Path;
 
 use hwgen_spec::network::Inputs;
 
+use crate::aside::Aside;
 use crate::failure::Failure;
 
 /// A CSV file with a header, all of its cells still text.
@@ -175,32 +175,9 @@ pub fn to_csv(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> Str
 /// # Errors
 /// If the system refuses it.
 pub fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
-    let error = |e: std::io::Error| Failure::io(path, &e);
-    // A pipe or a device is written to, not replaced; a link's file is replaced, not the link.
-    let target = match path.canonicalize() {
-        Ok(real) if !real.is_file() => return std::fs::write(path, text).map_err(error),
-        Ok(real) => real,
-        Err(_) => path.to_owned(),
-    };
-    let parent = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(parent).map_err(|e| Failure::io(parent, &e))?;
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // A temporary file is private; this one is as public as any new file.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut aside = builder
-        .prefix(".hwgen-new-")
-        .tempfile_in(parent)
-        .map_err(error)?;
-    aside.write_all(text.as_bytes()).map_err(error)?;
-    aside.persist(&target).map_err(|e| error(e.error))?;
-    Ok(())
+    let mut aside = Aside::create(path, true)?;
+    aside.write(text)?;
+    aside.keep()
 }
 
 /// Counts lines along a text. The reader's own count is behind where it skipped empty lines.

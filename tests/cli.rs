@@ -9,5 +9,7 @@ mod emit;
 mod faults;
 #[path = "cli/run.rs"]
 mod run;
+#[path = "cli/sample.rs"]
+mod sample;
 #[path = "cli/verify.rs"]
 mod verify;
