@@ -1,6 +1,6 @@
 //! Files as trees of values that know where they stand, for errors that name the place.
 //!
-//! TOML, YAML and XML lead to the same tree; what a reader asks of it does not depend on the syntax.
+//! TOML, YAML and XML lead to the same tree: a reader does not ask which syntax it has.
 
 use std::ops::Range;
 
