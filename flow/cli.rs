@@ -2,7 +2,7 @@
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-use crate::command::{Outcome, demo, doctor, emit, run, schema, verify};
+use crate::command::{Outcome, demo, doctor, emit, run, sample, schema, train, verify};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -51,6 +51,10 @@ pub enum Command {
     Verify(verify::Args),
     /// Infer with a bundle's fixed-point arithmetic, in software
     Run(run::Args),
+    /// Draw poses of a scene, and the pixels that its camera sees of them
+    Sample(sample::Args),
+    /// Train the networks of a scene
+    Train(train::Args),
     /// List the external tools: version, what each enables, how to install it
     Doctor(doctor::Args),
     /// Print the JSON Schema of the weights file
@@ -66,6 +70,8 @@ impl Command {
             Self::Emit(_) => "emit",
             Self::Verify(_) => "verify",
             Self::Run(_) => "run",
+            Self::Sample(_) => "sample",
+            Self::Train(_) => "train",
             Self::Doctor(_) => "doctor",
             Self::Schema(_) => "schema",
             Self::Demo(_) => "demo",
@@ -81,6 +87,8 @@ impl Command {
             Self::Emit(args) => emit::run(args, output),
             Self::Verify(args) => verify::run(args, output),
             Self::Run(args) => run::run(args, output),
+            Self::Sample(args) => sample::run(args, output),
+            Self::Train(args) => train::run(args, output),
             Self::Doctor(args) => doctor::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Demo(args) => demo::run(args, output),

@@ -4,7 +4,9 @@ pub mod demo;
 pub mod doctor;
 pub mod emit;
 pub mod run;
+pub mod sample;
 pub mod schema;
+pub mod train;
 pub mod verify;
 
 use serde::Serialize;

@@ -1,9 +1,10 @@
 //! Where results go: files that nobody misses.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
+use crate::aside::Aside;
 use crate::failure::Failure;
 
 /// What a result may not be written to.
@@ -76,31 +77,17 @@ impl Destination {
     /// # Errors
     /// If the system refuses it, or a file came into being meanwhile.
     pub fn write(&self, text: &[u8]) -> Result<(), Failure> {
-        let error = |e: io::Error| Failure::io(&self.named, &e);
-        // A pipe or a device is written to, not replaced.
-        if self.real.exists() && !self.real.is_file() {
-            return fs::write(&self.real, text).map_err(error);
-        }
-        let parent = self.real.parent().unwrap_or(Path::new("/"));
-        fs::create_dir_all(parent).map_err(|e| Failure::io(parent, &e))?;
-        let mut builder = tempfile::Builder::new();
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // A temporary file is private; this one is as public as any new file.
-            builder.permissions(fs::Permissions::from_mode(0o666));
-        }
-        let mut aside = builder
-            .prefix(".hwgen-new-")
-            .tempfile_in(parent)
-            .map_err(error)?;
-        aside.write_all(text).map_err(error)?;
-        let placed = if self.force {
-            aside.persist(&self.real)
-        } else {
-            aside.persist_noclobber(&self.real)
-        };
-        placed.map(drop).map_err(|e| error(e.error))
+        let mut aside = self.begin()?;
+        aside.write(text)?;
+        aside.keep()
+    }
+
+    /// Begins the file beside its place, to be written piece by piece.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn begin(&self) -> Result<Aside, Failure> {
+        Aside::create(&self.real, self.force)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The `hwgen` command: arguments, files, what is printed, exit codes.
 //!
-//! It picks paths and prints; what is computed is computed by the crates `hwgen-spec`, `hwgen-gen`
-//! and `hwgen-sim`. Results go to standard output, messages and progress to standard error, and
-//! with `--json` standard output carries exactly one object.
+//! It picks paths and prints; what is computed is computed by the crates `hwgen-spec`, `hwgen-gen`,
+//! `hwgen-sim` and `hwgen-pose`. Results go to standard output, messages and progress to standard
+//! error, and with `--json` standard output carries exactly one object.
 //!
 //! ```
 //! use std::process::ExitCode;
@@ -11,6 +11,7 @@
 //! ```
 
 pub mod accuracy;
+pub mod aside;
 pub mod cli;
 pub mod command;
 pub mod destination;
@@ -19,6 +20,7 @@ pub mod inference;
 pub mod interrupt;
 pub mod layout;
 pub mod output;
+pub mod scene;
 pub mod table;
 
 use std::ffi::OsString;

@@ -63,14 +63,20 @@ impl Output {
     /// # Errors
     /// If it can't be written. A reader that went away is none.
     pub fn text(&self, text: &str) -> io::Result<()> {
-        let mut stdout = io::stdout().lock();
-        let written = stdout
-            .write_all(text.as_bytes())
-            .and_then(|()| stdout.flush());
-        match written {
+        match self.write(text) {
             Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             other => other,
         }
+    }
+
+    /// Prints a piece of a long result for people.
+    ///
+    /// # Errors
+    /// If it can't be written, or its reader went away.
+    pub fn write(&self, text: &str) -> io::Result<()> {
+        let mut stdout = io::stdout().lock();
+        stdout.write_all(text.as_bytes())?;
+        stdout.flush()
     }
 
     /// Prints a result for programs, one object on one line.

@@ -11,5 +11,7 @@ mod faults;
 mod interrupt;
 #[path = "cli/run.rs"]
 mod run;
+#[path = "cli/sample.rs"]
+mod sample;
 #[path = "cli/verify.rs"]
 mod verify;

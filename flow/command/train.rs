@@ -36,7 +36,7 @@ kept beside them, in <W>.checkpoint, every half minute and at the end of an inte
 
 Examples:
   hwgen train --scene designs/landing/scene.toml --out w.json
-  hwgen train --scene scene.toml --hidden 64 --seed 7 --out small.json --curve small.svg
+  hwgen train --scene scene.toml --hidden 64 --seed 7 --out small.json
   hwgen train --scene scene.toml --preset paper --out paper.json
   hwgen train --scene scene.toml --out w.json --resume";
 
@@ -87,9 +87,6 @@ pub struct Args {
     /// Go on with the training that <W.json>.checkpoint holds
     #[arg(long)]
     pub resume: bool,
-    /// Draw the losses of all epochs
-    #[arg(long, value_name = "F.svg")]
-    pub curve: Option<PathBuf>,
     /// Replace files that are there already
     #[arg(long)]
     pub force: bool,
@@ -139,11 +136,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         force: args.force,
     };
     let out = Destination::new(&args.out, &precious)?;
-    let curve = args
-        .curve
-        .as_ref()
-        .map(|path| Destination::new(path, &precious))
-        .transpose()?;
     let keeper = Keeper::new(args, &file)?;
     let (seed, checkpoint, before) = if args.resume {
         let kept = keeper.read()?;
@@ -189,9 +181,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     drop(line);
     drop(stop);
     out.write(to_json(&training.net()).as_bytes())?;
-    if let Some(curve) = &curve {
-        curve.write(crate::picture::training_curve(&training.checkpoint().learners).as_bytes())?;
-    }
     if !interrupted {
         keeper.forget();
     }

@@ -1,5 +1,7 @@
 //! What can be wrong with a scene, a sample request or a training.
 
+use hwgen_spec::json::Fault;
+
 /// The field of a scene that an error is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -16,6 +18,34 @@ pub enum Field {
     Poses(usize),
     /// `margin_px` of `[poses]`.
     Margin,
+}
+
+impl Field {
+    /// What belongs there, for those who have to mend it.
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Name => "the trained design and its modules get this name",
+            Self::Landmarks => {
+                "give four or more landmarks that lie on no line, each as [x, y, z] in metres"
+            }
+            Self::Landmark(_) => "each landmark is a place of its own, [x, y, z] in metres",
+            Self::Camera(_) => "lengths are in pixels, and image and focal length above zero",
+            Self::Poses(0) => "write [nearest, farthest] in metres",
+            Self::Poses(_) => "write [least, greatest] in degrees",
+            Self::Margin => "landmarks have to be this many pixels inside the image",
+        }
+    }
+
+    /// Short stable name of the kind of error there.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Name => "bad-name",
+            Self::Landmarks | Self::Landmark(_) => "bad-landmarks",
+            Self::Camera(_) => "bad-camera",
+            Self::Poses(_) => "bad-poses",
+            Self::Margin => "bad-margin",
+        }
+    }
 }
 
 impl std::fmt::Display for Field {
@@ -46,5 +76,43 @@ impl SceneError {
     /// An error at a field.
     pub fn new(field: Field, reason: String) -> Self {
         Self { field, reason }
+    }
+}
+
+/// A refused file: the scene's, or the calibration's that it names.
+///
+/// Displayed as `<path>: <what was expected>, <what was found>`.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{fault}")]
+pub struct FileError {
+    file: Option<String>,
+    fault: Box<Fault>,
+}
+
+impl From<Fault> for FileError {
+    fn from(fault: Fault) -> Self {
+        Self {
+            file: None,
+            fault: Box::new(fault),
+        }
+    }
+}
+
+impl FileError {
+    /// The same error in a file that the one at hand names.
+    #[must_use]
+    pub fn in_file(mut self, name: &str) -> Self {
+        self.file = Some(name.to_owned());
+        self
+    }
+
+    /// The file at fault as the one at hand names it, if it is another.
+    pub fn file(&self) -> Option<&str> {
+        self.file.as_deref()
+    }
+
+    /// What is wrong, and where: code, message, path, line, column, help.
+    pub fn fault(&self) -> &Fault {
+        &self.fault
     }
 }

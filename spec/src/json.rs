@@ -61,16 +61,27 @@ pub struct Fault {
 }
 
 impl Fault {
-    fn at(text: &[u8], offset: usize, code: &'static str, message: String) -> Self {
+    /// A fault at an offset of a text in any syntax, and at the path that stands there.
+    pub fn new(
+        text: &[u8],
+        offset: usize,
+        path: String,
+        code: &'static str,
+        message: impl Into<String>,
+    ) -> Self {
         let (line, column) = place::line_and_column(text, offset);
         Self {
             code,
-            message,
-            path: place::path(text, offset),
+            message: message.into(),
+            path,
             line,
             column,
             help: None,
         }
+    }
+
+    fn at(text: &[u8], offset: usize, code: &'static str, message: String) -> Self {
+        Self::new(text, offset, place::path(text, offset), code, message)
     }
 
     /// The same fault with a line that says how to mend it.
