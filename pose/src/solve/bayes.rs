@@ -29,6 +29,9 @@ pub const FINEST_PX: f64 = 1e-6;
 /// The posterior mean under poses uniform in the scene's box and Gaussian noise of one of some
 /// levels, by importance sampling around the mode of each level.
 ///
+/// One mode of each level is sampled: in a box wide enough for the mirror image of a flat scene,
+/// that of the better start.
+///
 /// # Source
 /// T. Kloek and H. K. van Dijk, 1978; J. Geweke, 1989 (opposite draws, effective sample size).
 #[derive(Clone, Debug)]
@@ -140,7 +143,11 @@ impl<'a> Bayes<'a> {
         let guesses = self.levels.iter().filter_map(|level| {
             let log_probability = level.probability.ln();
             let mode = place.mode(level.sigma_px)?;
-            Some((log_probability, mode.log_evidence + log_probability, level.sigma_px))
+            Some((
+                log_probability,
+                mode.log_evidence + log_probability,
+                level.sigma_px,
+            ))
         });
         let guesses: Vec<_> = guesses.collect();
         let most = guesses
@@ -230,7 +237,9 @@ impl Posterior {
             let weight = (draw.log_weight - most).exp();
             let (p, r) = (draw.pose.position_m, draw.pose.rodrigues_rad());
             let by_p = weight / p.norm_squared();
-            let by_r = weight / r.norm_squared().max(LEAST_RODRIGUES_RAD * LEAST_RODRIGUES_RAD);
+            let by_r = weight
+                / r.norm_squared()
+                    .max(LEAST_RODRIGUES_RAD * LEAST_RODRIGUES_RAD);
             total += weight;
             squares += weight * weight;
             sums.position_m += p * weight;

@@ -106,9 +106,8 @@ fn expected_length(covariance: &Matrix3<f64>) -> f64 {
         return (2.0 * y / std::f64::consts::PI).sqrt();
     }
     let product = (x - z) * (y - z);
-    let stretch = (z * carlson_f(x, y, z) - product * carlson_d(x, y, z) / 3.0
-        + (x * y / z).sqrt())
-        / 2.0;
+    let stretch =
+        (z * carlson_f(x, y, z) - product * carlson_d(x, y, z) / 3.0 + (x * y / z).sqrt()) / 2.0;
     2.0 * (2.0 / std::f64::consts::PI).sqrt() * stretch
 }
 

@@ -44,11 +44,7 @@ impl Placement {
     }
 
     /// Sum of squared distances between seen and expected rays; `None` if a landmark is not ahead.
-    pub fn square_error(
-        &self,
-        landmarks_m: &[Vector3<f64>],
-        rays: &[Vector2<f64>],
-    ) -> Option<f64> {
+    pub fn square_error(&self, landmarks_m: &[Vector3<f64>], rays: &[Vector2<f64>]) -> Option<f64> {
         landmarks_m.iter().zip(rays).try_fold(0.0, |sum, (l, ray)| {
             let point = self.point(l);
             let expected = Vector2::new(point.y, point.z) / point.x;

@@ -254,8 +254,7 @@ impl Place {
         let spread = root
             .solve_lower_triangular(&SMatrix::<f64, 6, 6>::identity())?
             .transpose();
-        let log_constant =
-            -root.diagonal().map(f64::ln).sum() - self.count * sigma_px.ln();
+        let log_constant = -root.diagonal().map(f64::ln).sum() - self.count * sigma_px.ln();
         Some(Mode {
             log_evidence: log_constant - (slope.misfit - step.dot(&slope.pull)) / 2.0,
             center: self.at + step,
@@ -331,7 +330,10 @@ impl Histogram {
     fn draw(&self, rng: &mut ChaCha8Rng) -> (f64, f64) {
         let total = self.sums[CELLS - 1];
         let wanted = rng.random::<f64>() * total;
-        let i = self.sums.partition_point(|sum| *sum <= wanted).min(CELLS - 1);
+        let i = self
+            .sums
+            .partition_point(|sum| *sum <= wanted)
+            .min(CELLS - 1);
         let below = if i == 0 { 0.0 } else { self.sums[i - 1] };
         let at = self.first + self.cell * (i as f64 + rng.random::<f64>());
         let density = (self.sums[i] - below) / (total * self.cell);

@@ -97,7 +97,8 @@ impl<'a> Ransac<'a> {
         let rays = rays(self.scene, pixels)?;
         let mut best: Option<(f64, Pose)> = None;
         for triple in &self.triples {
-            for placement in p3p::placements(&triple.map(|i| landmarks[i]), &triple.map(|i| rays[i]))
+            for placement in
+                p3p::placements(&triple.map(|i| landmarks[i]), &triple.map(|i| rays[i]))
             {
                 let pose = placement.pose(self.scene);
                 let score = self
