@@ -57,7 +57,12 @@ pub struct Args {
     #[arg(long, value_name = "W.json")]
     pub out: PathBuf,
     /// The recipe that the options below change
-    #[arg(long, value_name = "NAME", default_value = "best", conflicts_with = "resume")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "best",
+        conflicts_with = "resume"
+    )]
     pub preset: Preset,
     /// Hidden neurons of each network [default: 256]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
@@ -66,7 +71,12 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub samples: Option<usize>,
     /// Noise levels in px, each for as many samples [default: 0 to 5; paper: 0]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "resume")]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        conflicts_with = "resume"
+    )]
     pub noise: Option<Vec<f64>>,
     /// Most passes over all samples, for each network [default: 30; with RPROP 5000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
@@ -166,7 +176,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         if output.in_place() || said.elapsed() >= SAY_EVERY {
             let learners = &training.checkpoint().learners;
             let done = learners.iter().map(|l| l.curve().len()).sum();
-            line.show(&activity(network, &learners[network]), done, 2 * recipe.epochs);
+            line.show(
+                &activity(network, &learners[network]),
+                done,
+                2 * recipe.epochs,
+            );
             said = Instant::now();
         }
         interrupted = stop.asked();
@@ -294,7 +308,11 @@ impl Keeper {
         })?;
         if kept.format != FORMAT {
             let message = format!("format {FORMAT} expected, {} found", kept.format);
-            return Err(refused("bad-checkpoint", message, "begin anew without --resume"));
+            return Err(refused(
+                "bad-checkpoint",
+                message,
+                "begin anew without --resume",
+            ));
         }
         if kept.scene != self.scene {
             return Err(refused(
@@ -347,7 +365,13 @@ fn outcome(
     } = training.checkpoint();
     let stopped_by = |learner: &Learner| learner.stop().map_or("interrupt", |stop| stop.name());
     let mut rows = vec![row![
-        "network", "neurons", "epochs", "best", "stopped by", "training MSE", "validation MSE"
+        "network",
+        "neurons",
+        "epochs",
+        "best",
+        "stopped by",
+        "training MSE",
+        "validation MSE"
     ]];
     let mut networks = Vec::new();
     for ((name, ..), learner) in NETWORKS.iter().zip(learners) {

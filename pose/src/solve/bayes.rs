@@ -29,6 +29,9 @@ pub const FINEST_PX: f64 = 1e-6;
 /// The posterior mean under poses uniform in the scene's box and Gaussian noise of one of some
 /// levels, by importance sampling around the mode of each level.
 ///
+/// One mode of each level is sampled: in a box wide enough for the mirror image of a flat scene,
+/// that of the better start.
+///
 /// # Source
 /// T. Kloek and H. K. van Dijk, 1978; J. Geweke, 1989 (opposite draws, effective sample size).
 #[derive(Clone, Debug)]
@@ -121,15 +124,20 @@ impl<'a> Bayes<'a> {
         let draws = draw_all(&levels, self.samples, |mode, count| {
             self.prior.draw(&sightings, mode, count, &mut rng)
         });
-        let enough = POOR * self.samples as f64;
-        Posterior::of(&draws)
-            .filter(|posterior| posterior.effective_samples >= enough)
-            .or_else(|| {
-                let draws = draw_all(&levels, MORE * self.samples, |mode, count| {
-                    self.prior.draw_within(&sightings, mode, count, &mut rng)
-                });
-                Posterior::of(&draws)
-            })
+        let plain = Posterior::of(&draws);
+        let effective = |of: &Option<Posterior>| of.map_or(0.0, |p| p.effective_samples);
+        if effective(&plain) >= POOR * self.samples as f64 {
+            return plain;
+        }
+        let draws = draw_all(&levels, MORE * self.samples, |mode, count| {
+            self.prior.draw_within(&sightings, mode, count, &mut rng)
+        });
+        let within = Posterior::of(&draws);
+        if effective(&within) > effective(&plain) {
+            within
+        } else {
+            plain
+        }
     }
 
     /// The modes of the levels that matter, with the logarithms of their probabilities.

@@ -10,6 +10,8 @@ use crate::scene::Scene;
 /// The closed form for many landmarks, with Gauss-Newton on its few weights and nothing after it.
 ///
 /// Flat landmarks are taken as sums of three control points, others of four.
+/// Every number of kernel directions is tried, and where the method as published has more unknowns
+/// than equations, from several starts; the best fit is taken.
 ///
 /// # Source
 /// V. Lepetit, F. Moreno-Noguer and P. Fua, "EPnP: an accurate O(n) solution to the PnP problem",
@@ -86,14 +88,15 @@ impl Controls {
         let (differences, squares) = self.distances(&kernel);
         let mut best: Option<(f64, Placement)> = None;
         for count in 1..=self.points_m.len() {
-            let placed = first_betas(&differences, &squares, count)
-                .and_then(|betas| polish(&differences, &squares, betas))
-                .and_then(|betas| self.place(landmarks_m, &kernel, &betas));
-            if let Some(placement) = placed
-                && let Some(error) = placement.square_error(landmarks_m, rays)
-                && best.is_none_or(|(least, _)| error < least)
-            {
-                best = Some((error, placement));
+            for betas in first_betas(&differences, &squares, count) {
+                let placed = polish(&differences, &squares, betas)
+                    .and_then(|betas| self.place(landmarks_m, &kernel, &betas));
+                if let Some(placement) = placed
+                    && let Some(error) = placement.square_error(landmarks_m, rays)
+                    && best.is_none_or(|(least, _)| error < least)
+                {
+                    best = Some((error, placement));
+                }
             }
         }
         best.map(|(_, placement)| placement)
@@ -166,17 +169,32 @@ impl Controls {
     }
 }
 
-/// The weights of `count` directions from their products, taken as unknowns of
-/// their own; where these outnumber the distances, from those with the first weight alone.
-fn first_betas(differences: &Differences, squares: &[f64], count: usize) -> Option<DVector<f64>> {
+/// The weights of `count` directions from their products, taken as unknowns of their own.
+///
+/// Where these outnumber the distances, from those with one of the weights, for each in turn.
+fn first_betas(differences: &Differences, squares: &[f64], count: usize) -> Vec<DVector<f64>> {
     let all: Vec<(usize, usize)> = (0..count)
         .flat_map(|a| (a..count).map(move |b| (a, b)))
         .collect();
-    let products = if all.len() <= squares.len() {
-        &all
+    let choices = if all.len() <= squares.len() {
+        vec![all]
     } else {
-        &all[..count]
+        (0..count)
+            .map(|a| (0..count).map(|b| (a, b)).collect())
+            .collect()
     };
+    choices
+        .iter()
+        .filter_map(|products| betas_of(products, differences, squares, count))
+        .collect()
+}
+
+fn betas_of(
+    products: &[(usize, usize)],
+    differences: &Differences,
+    squares: &[f64],
+    count: usize,
+) -> Option<DVector<f64>> {
     let system = DMatrix::from_fn(squares.len(), products.len(), |row, column| {
         let (a, b) = products[column];
         let twice = if a == b { 1.0 } else { 2.0 };

@@ -138,9 +138,8 @@ impl Recipe {
     /// far as it is not small against that.
     pub(super) fn noise_weight(&self, noise_px: f64) -> f64 {
         const KNEE_PX: f64 = 0.3;
-        const POWER: f64 = 1.2;
         if self.relative {
-            (KNEE_PX + noise_px).powf(-POWER)
+            1.0 / (KNEE_PX + noise_px)
         } else {
             1.0
         }
