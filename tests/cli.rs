@@ -13,5 +13,7 @@ mod interrupt;
 mod run;
 #[path = "cli/sample.rs"]
 mod sample;
+#[path = "cli/train.rs"]
+mod train;
 #[path = "cli/verify.rs"]
 mod verify;

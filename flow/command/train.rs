@@ -1,6 +1,6 @@
 //! `hwgen train`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use hwgen_pose::sample::{NoiseShape, Sampler};
@@ -165,7 +165,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let mut training = begin(&sampler, &recipe, checkpoint, seed);
     let stop = interrupt::soften();
     let mut kept = Instant::now();
-    let mut said = Instant::now();
+    let mut said: Option<Instant> = None;
     let mut interrupted = false;
     loop {
         let epoch = training.epoch().map_err(|error| {
@@ -173,7 +173,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
                 .help("another seed, more samples or fewer neurons may do better")
         })?;
         let Some(network) = epoch else { break };
-        if output.in_place() || said.elapsed() >= SAY_EVERY {
+        if output.in_place() || said.is_none_or(|said| said.elapsed() >= SAY_EVERY) {
             let learners = &training.checkpoint().learners;
             let done = learners.iter().map(|l| l.curve().len()).sum();
             line.show(
@@ -181,7 +181,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
                 done,
                 2 * recipe.epochs,
             );
-            said = Instant::now();
+            said = Some(Instant::now());
         }
         interrupted = stop.asked();
         if interrupted || kept.elapsed() >= KEEP_EVERY {
@@ -268,6 +268,7 @@ fn activity(network: usize, learner: &Learner) -> String {
 #[derive(Debug)]
 struct Keeper {
     path: PathBuf,
+    scene_path: PathBuf,
     scene: String,
 }
 
@@ -277,6 +278,7 @@ impl Keeper {
         name.push(".checkpoint");
         let keeper = Self {
             path: name.into(),
+            scene_path: args.scene.clone(),
             scene: scene_file::write(file.scene()),
         };
         if !args.resume && !args.force && keeper.path.exists() {
@@ -332,23 +334,18 @@ impl Keeper {
             seconds,
         };
         let text = serde_json::to_vec(&kept).expect("numbers and texts are always JSON");
-        replace(&self.path, &text)
+        let precious = Precious {
+            bundle: None,
+            inputs: &self.scene_path,
+            force: true,
+        };
+        Destination::new(&self.path, &precious)?.write(&text)
     }
 
     /// Nobody misses the state of a training that is done.
     fn forget(&self) {
         let _ = std::fs::remove_file(&self.path);
     }
-}
-
-/// Writes our own file whole or not at all.
-fn replace(path: &Path, text: &[u8]) -> Result<(), Failure> {
-    let precious = Precious {
-        bundle: None,
-        inputs: Path::new(""),
-        force: true,
-    };
-    Destination::new(path, &precious)?.write(text)
 }
 
 fn outcome(

@@ -1,0 +1,164 @@
+//! `hwgen train`
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use super::harness::Place;
+
+const LANDING: &str = include_str!("../../designs/landing/scene.toml");
+
+fn place() -> Place {
+    let place = Place::new();
+    place.write("scene.toml", LANDING);
+    place
+}
+
+fn arguments(rest: &str) -> Vec<&str> {
+    let all = ["train", "--scene", "scene.toml"].into_iter();
+    all.chain(rest.split_whitespace()).collect()
+}
+
+const SMALL: &str = "--hidden 4 --samples 300 --epochs 5 --out t.json";
+
+#[test]
+fn weights_come_out_ready_for_emit_and_the_same_for_a_seed() {
+    let place = place();
+    let (ran, json) = place.json(&arguments(SMALL));
+    ran.exits(0);
+    assert_eq!(json["networks"][0]["name"], "position");
+    assert_eq!(json["networks"][1]["epochs"], 5);
+    assert_eq!(json["networks"][1]["stopped_by"], "epochs");
+    for mse in ["train_mse", "validation_mse"] {
+        let mse = json["networks"][0][mse].as_f64().expect("a number");
+        assert!(mse > 0.0 && mse < 1.0, "{mse}");
+    }
+    assert!(!place.path("t.json.checkpoint").exists());
+    let weights = place.read("t.json");
+    place.run(&["emit", "--weights", "t.json"]).exits(0);
+
+    for (threads, seed, same) in [("1", "1", true), ("2", "2", false)] {
+        let mut command = place.command(&arguments(SMALL));
+        command.args(["--force", "--seed", seed]);
+        let status = command.env("RAYON_NUM_THREADS", threads).output();
+        assert!(status.expect("starts").status.success());
+        assert_eq!(place.read("t.json") == weights, same, "{threads} {seed}");
+    }
+}
+
+#[test]
+fn the_methods_own_recipe_is_a_preset() {
+    let place = place();
+    let rest = "--preset paper --hidden 4 --samples 300 --epochs 5 --out paper.json";
+    let (ran, json) = place.json(&arguments(rest));
+    ran.exits(0);
+    let recipe = &json["recipe"];
+    assert_eq!(recipe["optimizer"], "rprop");
+    assert_eq!(recipe["front"], "standardize");
+    assert_eq!(recipe["target"], "truth");
+    assert_eq!(recipe["noise_px"], serde_json::json!([0.0]));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_anything_is_done() {
+    let place = place();
+    for (rest, expected) in [
+        (
+            "--hidden 0",
+            "--hidden: a number from 1 to 4096 expected, 0 found",
+        ),
+        (
+            "--samples 3",
+            "--samples: a number from 100 to 10000000 expected, 3 found",
+        ),
+        (
+            "--noise=-1",
+            "--noise: levels of zero or more pixels expected, -1 found",
+        ),
+        (
+            "--noise 0,nan",
+            "--noise: levels of zero or more pixels expected, NaN found",
+        ),
+        (
+            "--weight-decay inf",
+            "--weight-decay: zero or more expected, inf found",
+        ),
+    ] {
+        let ran = place.run(&[&arguments("--out t.json")[..], &arguments(rest)[3..]].concat());
+        let help = "help: `hwgen train --help` lists the defaults\n";
+        ran.fails(2, &format!("error: {expected}\n{help}"));
+    }
+    place.write("t.json", "mine");
+    place.run(&arguments(SMALL)).fails(
+        2,
+        "error: t.json: a new file expected, an existing one found\n\
+         help: write to another file, or replace this one with --force\n",
+    );
+    place.run(&arguments("--out scene.toml --force")).exits(2);
+    assert_eq!(place.read("scene.toml"), LANDING);
+    assert_eq!(place.read("t.json"), "mine");
+}
+
+#[test]
+fn an_interrupted_training_keeps_its_best_and_goes_on_as_if_nothing_had_happened() {
+    let place = place();
+    let rest = "--hidden 8 --samples 2000 --epochs 300 --patience 300 --optimizer rprop";
+    place
+        .run(&arguments(&format!("{rest} --out whole.json")))
+        .exits(0);
+
+    let mut child = place
+        .command(&arguments(&format!("{rest} --out part.json --json")))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let trains = |line: &std::io::Result<String>| line.as_ref().is_ok_and(|l| l.contains("epoch"));
+    assert!(lines.any(|line| trains(&line)), "no epoch was told");
+    let kill = format!("kill -INT {}", child.id());
+    assert!(
+        Command::new("sh")
+            .args(["-c", &kill])
+            .status()
+            .expect("a shell")
+            .success()
+    );
+    let output = child.wait_with_output().expect("ends");
+    assert!(output.status.success());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("an object");
+    assert_eq!(json["interrupted"], true);
+    assert_eq!(json["networks"][1]["stopped_by"], "interrupt");
+    place.run(&["emit", "--weights", "part.json"]).exits(0);
+
+    // It is neither overwritten unasked nor taken for that of another scene.
+    place
+        .run(&arguments(&format!("{rest} --out part.json")))
+        .exits(2);
+    place.write(
+        "other.toml",
+        &LANDING.replace("offset_m = 0.5", "offset_m = 0.25"),
+    );
+    let other = [
+        "train",
+        "--scene",
+        "other.toml",
+        "--out",
+        "part.json",
+        "--resume",
+        "--force",
+    ];
+    let ran = place.run(&other);
+    assert!(
+        ran.exits(2)
+            .stderr
+            .contains("a training on this scene expected"),
+        "{}",
+        ran.stderr
+    );
+
+    place
+        .run(&arguments("--out part.json --resume --force"))
+        .exits(0);
+    assert!(place.read("part.json") == place.read("whole.json"));
+    assert!(!place.path("part.json.checkpoint").exists());
+}
