@@ -14,7 +14,7 @@ Examples:
   hwgen run build/<name> --inputs in.csv       infer with it, in fixed point
 
 Exit codes: 0 done and true; 1 a check found a difference; 2 bad usage or bad input;
-3 an external tool is missing, failed or ran out of time.";
+3 an external tool is missing, failed or ran out of time; 128 + signal if one stopped it.";
 
 /// Trained neural networks to synthesizable Verilog, checked clock by clock.
 #[derive(Debug, Parser)]

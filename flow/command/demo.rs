@@ -30,7 +30,7 @@ tanh neurons behind a shared layer, trained beforehand. Its weights and vectors 
 
 Examples:
   hwgen demo
-  hwgen demo --out build/demo --json
+  hwgen demo --out build/mine --json
 
 Exit codes: 0 if Icarus Verilog and Verilator both confirm the design, 1 if one differs,
 3 if one is missing: then all is done that can be done without it.";
@@ -53,7 +53,7 @@ const CYCLES_PER_US: f64 = 100.0;
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Directory of the bundle; one that is there is replaced
-    #[arg(long, value_name = "DIR", default_value = "build/landing")]
+    #[arg(long, value_name = "DIR", default_value = "build/demo")]
     pub out: PathBuf,
 }
 
@@ -190,7 +190,7 @@ fn checked(mut outcome: Outcome, report: &Report, failure: Option<Failure>, out:
         let _ = write!(
             outcome.text,
             "\nNext:\n  hwgen verify {word} --random 1000 --seed 2\n  \
-             hwgen run {word} --inputs designs/landing/vectors.csv --out build/poses.csv\n  \
+             hwgen run {word} --inputs designs/landing/vectors.csv --out build/demo.csv\n  \
              hwgen emit --weights yours.json          (`hwgen schema` describes the file)\n"
         );
     }

@@ -139,7 +139,7 @@ fn the_demo_does_what_it_can_without_simulators() {
     let ran = place.run_with_path(&place.path("empty"), &["demo"]);
     ran.exits(3);
     for text in [
-        "Built in build/landing",
+        "Built in build/demo",
         "agree in 100 frames",
         "orientation, deg",
     ] {

@@ -10,7 +10,8 @@ fn hanging_check(place: &Place) -> Child {
     place.fake_tool(
         "bin/iverilog",
         "if [ \"$1\" = -V ]; then echo 'Icarus Verilog version 12.0'; exit; fi
-         echo design > icarus.vvp; pwd > \"$MARKS/compiled-in\"",
+         echo design > icarus.vvp; pwd > \"$MARKS/compiled-in\"
+         [ \"$TMPDIR\" = \"$(pwd)\" ] || exit 9",
     );
     place.fake_tool(
         "bin/vvp",

@@ -71,7 +71,8 @@ pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
     run_in(invocation, &invocation.directory)
 }
 
-/// The same in another directory than the one that log and record are left in.
+/// The same in another directory than the one that log and record are left in; the command's
+/// temporary files go there as well, and with it.
 pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, ToolError> {
     let directory = &invocation.directory;
     let log = directory.join(format!("{}.log", invocation.label));
@@ -92,6 +93,9 @@ pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, Too
         .stdin(Stdio::null())
         .stdout(output)
         .stderr(error);
+    if current != directory {
+        command.env("TMPDIR", current);
+    }
     let child = Running::start(&mut command).map_err(io(&invocation.program))?;
     let ended = wait(child, start + invocation.timeout).map_err(io(&invocation.program))?;
     let duration = start.elapsed();
