@@ -463,13 +463,9 @@ fn errors_vs_float(plan: &VerifyPlan<'_>) -> Vec<OutputError> {
         .flat_map(|s| &s.frames);
     let inputs = design.input().low.len();
     let rows: Vec<Vec<f64>> = if plan.vectors.is_empty() {
-        let raw = |codes: &[i64]| {
-            codes
-                .iter()
-                .map(|c| design.input().format.to_f64(*c))
-                .collect()
-        };
-        sampled.map(|f| raw(&f.lanes[..inputs])).collect()
+        sampled
+            .map(|f| design.input().values(&f.lanes[..inputs]))
+            .collect()
     } else {
         plan.vectors.clone()
     };
