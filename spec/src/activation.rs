@@ -3,6 +3,10 @@
 //! One odd table serves both, because `sigmoid(x) = (1 + tanh(x / 2)) / 2` is exact in fixed
 //! point: the halving moves the binary point, and so does the outer one half.
 
+use self::fit::Segment;
+
+mod fit;
+
 /// A tanh on fixed-point codes: straight segments over the magnitude, the sign put back.
 ///
 /// The magnitude `m = |z|` splits into a segment number (its high bits) and a distance `d` from
@@ -29,123 +33,6 @@ pub struct OddTable {
     slopes: Vec<i64>,
     range_error_lsb_1000: i64,
     max_error_lsb_1000: i64,
-}
-
-/// A line over the codes of one segment.
-struct Line {
-    offset: i64,
-    slope: i64,
-    /// Greatest distance from the function, in output steps.
-    error: f64,
-}
-
-/// What a line over a segment has to be near, and the offsets that it may have.
-struct Segment<'a> {
-    table: &'a OddTable,
-    exact: Vec<f64>,
-    /// The last distance.
-    last: i64,
-    least: i64,
-    most: i64,
-}
-
-impl Segment<'_> {
-    /// The line of least error; `chord` is the slope of the function's chord.
-    ///
-    /// Over a concave function the minimax line is parallel to the chord. Where its offset is
-    /// not allowed, the slope is searched: the error of the best allowed offset is convex in it.
-    fn best(&self, chord: f64) -> Line {
-        let steepest = self.steepest();
-        let floor = to_code(chord.floor());
-        let mut slopes: Vec<i64> = ((floor - 1).max(0)..=floor + 2).collect();
-        if slopes.iter().any(|s| *s > steepest || self.clamped(*s).1) {
-            let (mut low, mut high) = (0, steepest);
-            while high - low > 2 {
-                let third = (high - low) / 3;
-                let (a, b) = (low + third, high - third);
-                if self.estimate(a) <= self.estimate(b) {
-                    high = b;
-                } else {
-                    low = a;
-                }
-            }
-            slopes.extend((low - 1).max(0)..=high + 1);
-        }
-        slopes
-            .into_iter()
-            .filter(|slope| *slope <= steepest)
-            .flat_map(|slope| {
-                let (centre, _) = self.clamped(slope);
-                let offsets = (centre - 2).max(self.least)..=(centre + 2).min(self.highest(slope));
-                offsets.map(move |offset| self.line(offset, slope))
-            })
-            .reduce(|best, line| if line.error < best.error { line } else { best })
-            .expect("the constant at the value before is allowed")
-    }
-
-    /// The greatest slope with which the line can stay within one.
-    fn steepest(&self) -> i64 {
-        let table = self.table;
-        let room = self.ceiling() - (self.least << (table.slope_bits - GUARD_BITS));
-        (room / self.last).min(1 << table.slope_bits)
-    }
-
-    /// The greatest sum that stays within `2^f - 1`.
-    fn ceiling(&self) -> i64 {
-        (1 << (self.table.fraction + self.table.slope_bits)) - 1
-    }
-
-    /// The greatest offset with which a line of this slope stays within one.
-    fn highest(&self, slope: i64) -> i64 {
-        let rise = slope * self.last;
-        ((self.ceiling() - rise) >> (self.table.slope_bits - GUARD_BITS)).min(self.most)
-    }
-
-    /// The allowed offset that is nearest to the best one, and whether that is another.
-    fn clamped(&self, slope: i64) -> (i64, bool) {
-        let (low, high) = self.residual(slope);
-        let wanted = to_code((low + high) / 2.0 * 4.0) + 2;
-        let offset = wanted.clamp(self.least, self.highest(slope).max(self.least));
-        (offset, offset != wanted)
-    }
-
-    /// The error of the best allowed offset, apart from the rounding to codes.
-    fn estimate(&self, slope: i64) -> f64 {
-        let (low, high) = self.residual(slope);
-        let highest = to_real(self.highest(slope).min(1 << 30)) - 2.0;
-        let offset = (2.0 * (low + high)).clamp(
-            to_real(self.least) - 2.0,
-            highest.max(to_real(self.least) - 2.0),
-        ) / 4.0;
-        (high - offset).max(offset - low)
-    }
-
-    /// Least and greatest of the function less a line of this slope from zero.
-    fn residual(&self, slope: i64) -> (f64, f64) {
-        let step = to_real(slope) / to_real(1 << self.table.slope_bits);
-        let residual = self
-            .exact
-            .iter()
-            .zip(0..)
-            .map(|(e, d)| e - step * to_real(d));
-        residual.fold((f64::MAX, f64::MIN), |(low, high), r| {
-            (low.min(r), high.max(r))
-        })
-    }
-
-    fn line(&self, offset: i64, slope: i64) -> Line {
-        let value = |d: i64| to_real(self.table.line(offset, slope, d));
-        let errors = self
-            .exact
-            .iter()
-            .zip(0..)
-            .map(|(e, d)| (value(d) - e).abs());
-        Line {
-            offset,
-            slope,
-            error: errors.fold(0.0, f64::max),
-        }
-    }
 }
 
 /// Guard bits of the offsets below the output step.

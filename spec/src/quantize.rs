@@ -16,6 +16,7 @@ mod cut;
 mod input;
 mod layer;
 mod settings;
+mod shift;
 
 pub use self::input::InputFormat;
 

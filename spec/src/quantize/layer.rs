@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::cut::{Reader, relevant_magnitude};
 use super::settings::{MAX_SEGMENTS, check_width};
+use super::shift::{Inputs, extra_shifts, finer};
 use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError};
 use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
 use crate::format::{QFormat, Rounding, half, signed_width};
@@ -16,10 +17,6 @@ use crate::options::{
 
 /// The greatest magnitude of an unbounded word over its typical one.
 const CREST: f64 = 8.0;
-/// Scales per neuron are used where they take a neuron's rounding error down by this factor.
-const EXTRA_SHIFT_GAIN: f64 = 4.0;
-/// Greatest extra shift of a neuron.
-const MAX_EXTRA_SHIFT: u32 = 15;
 
 /// What flows between layers while formats are chosen.
 #[derive(Clone)]
@@ -87,7 +84,11 @@ impl Quantizer<'_> {
         let extra_shift = if layer.format.weights.is_some() {
             vec![0; rows.len()]
         } else {
-            extra_shifts(&rows, weight_format, provisional.pre, input)
+            let inputs = Inputs {
+                step: input.format.step(),
+                spread: &input.spread,
+            };
+            extra_shifts(&rows, weight_format, provisional.pre, &inputs)
         };
 
         let weights: Vec<Vec<i64>> = rows
@@ -385,48 +386,11 @@ fn real_range(weights: &[Vec<f64>], bias: &[f64], input: &Signal) -> (f64, f64) 
     )
 }
 
-/// Extra fraction bits per neuron, all zero where they don't pay.
-///
-/// A neuron's weights are too coarse if their rounding disturbs its sum by more than half an
-/// output step and by more than half of what the rounding of its inputs does anyway.
-fn extra_shifts(rows: &[Vec<f64>], common: QFormat, pre: QFormat, input: &Signal) -> Vec<u32> {
-    let spread = input.spread.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let uniform = 1.0 / 12f64.sqrt();
-    let error = |extra: u32| finer(common, extra).step() * uniform * spread;
-    let wanted: Vec<(u32, bool)> = rows
-        .iter()
-        .map(|row| {
-            let norm = row.iter().map(|w| w * w).sum::<f64>().sqrt();
-            let tolerated = (pre.step() / 2.0).max(norm * input.format.step() * uniform / 2.0);
-            let fits = |extra: &u32| {
-                let format = finer(common, *extra);
-                row.iter()
-                    .all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
-            };
-            let extra = (0..=MAX_EXTRA_SHIFT)
-                .take_while(fits)
-                .find(|extra| error(*extra) <= tolerated)
-                .unwrap_or_else(|| (0..=MAX_EXTRA_SHIFT).take_while(fits).last().unwrap_or(0));
-            let pays = extra > 0 && norm > 0.0 && error(0) > EXTRA_SHIFT_GAIN * tolerated;
-            (extra, pays)
-        })
-        .collect();
-    let pays = wanted.iter().any(|(_, pays)| *pays);
-    wanted
-        .iter()
-        .map(|(extra, _)| if pays { *extra } else { 0 })
-        .collect()
-}
-
 /// Inputs whose weights were all rounded to zero though they are not all zero.
 fn unread(rows: &[Vec<f64>], codes: &[Vec<i64>]) -> Vec<usize> {
     let read = |i: &usize| rows.iter().any(|row| row[*i] != 0.0);
     let kept = |i: &usize| codes.iter().any(|row| row[*i] != 0);
     (0..rows[0].len()).filter(|i| read(i) && !kept(i)).collect()
-}
-
-fn finer(format: QFormat, extra: u32) -> QFormat {
-    QFormat::new(format.width(), format.fraction() + extra.cast_signed()).unwrap_or(format)
 }
 
 fn places(difference: i32) -> u32 {

@@ -59,7 +59,7 @@ pub(super) fn check(folded: &Folded, options: &Options) -> Result<(), QuantizeEr
         let free = |(_, layer): &&FoldedLayer| {
             !layer.activation.is_bounded() && layer.format.activations.is_none()
         };
-        if !last.iter().any(|layer| free(layer)) {
+        if !last.iter().any(free) {
             let found: Vec<String> = last.iter().map(|layer| described(layer)).collect();
             return Err(idle(
                 format!("output-bits {bits}"),
