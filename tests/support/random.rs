@@ -28,7 +28,11 @@ pub fn random_design(seed: u64) -> (FloatNet, Options) {
 
 /// Leaves options out that no layer of the network would follow.
 fn drop_idle(net: &FloatNet, options: &mut Options) {
-    let layers = || net.shared.iter().chain(net.networks.iter().flat_map(|n| &n.layers));
+    let layers = || {
+        net.shared
+            .iter()
+            .chain(net.networks.iter().flat_map(|n| &n.layers))
+    };
     if !layers().any(|l| l.activation.is_bounded()) {
         options.segments = None;
     }
