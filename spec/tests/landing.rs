@@ -139,8 +139,8 @@ fn narrow_words_cost_what_they_should() {
     let (wide, ..) = cost(&widths(18, 16), 0.0);
     let (twelve, ..) = cost(&widths(12, 12), 0.0);
     let (eight, ..) = cost(&widths(8, 8), 0.0);
-    // What is left is the rounding of the pixels, and of whitened words with two bits fewer.
-    assert!(wide.iter().all(|c| *c < 2.0), "W18/A16: {wide:?} %");
+    // What is left is the rounding of the pixels.
+    assert!(wide.iter().all(|c| *c < 1.0), "W18/A16: {wide:?} %");
     assert!(
         twelve.iter().all(|c| *c > 0.1 && *c < 60.0),
         "W12/A12: {twelve:?} %"

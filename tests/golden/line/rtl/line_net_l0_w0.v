@@ -12,7 +12,7 @@ module line_net_l0_w0 (
   input  wire [0:0]  address_i,
   output wire [15:0] data_o
 );
-  // 1 words: up to 64 go to logic (hwgen: docs/interface.md).
+  // 1 word: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [15:0] data_q = 16'h0;
 
