@@ -322,3 +322,14 @@ proptest! {
         let _ = weights::read(&moved);
     }
 }
+
+/// Names of inputs and outputs are columns and comments, never identifiers.
+#[test]
+fn inputs_and_outputs_may_be_called_like_keywords() {
+    let text = br#"{"format": "hwgen-weights/1", "name": "tiny",
+        "inputs": {"names": ["range", "force"], "min": [-1, -1], "max": [1, 1]},
+        "networks": [{"name": "net", "layers": [{"activation": "linear", "weights": [[1, 1]]}],
+          "outputs": {"names": ["dist"]}}]}"#;
+    let net = weights::read(text).expect("names that are no identifiers");
+    assert_eq!(net.inputs.names, ["range", "force"]);
+}
