@@ -55,7 +55,7 @@ pub struct Args {
     /// Bits of weights, of every layer or of the one named [default: 16]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub weight_bits: Vec<WidthSetting>,
-    /// Bits of hidden words, of every layer or of the one named [default: 13, or 16 if unbounded]
+    /// Bits of hidden words, of every layer or of the one named [default: 13, or 18 if linear or ReLU]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub activation_bits: Vec<WidthSetting>,
     /// Bits of output words [default: 24]
@@ -242,9 +242,54 @@ pub(crate) fn describe(design: &Design, bundle: &Bundle) -> String {
     text
 }
 
-/// Words that can't hold all that interval analysis can't rule out.
+/// What of a design its user should know: inputs of few codes or without effect, and words that
+/// can't hold all that interval analysis can't rule out.
 pub(crate) fn notes(design: &Design) -> Vec<String> {
-    design.perceptron().layers().filter_map(cut).collect()
+    let mut notes: Vec<String> = coarse_inputs(design).collect();
+    notes.extend(design.perceptron().layers().filter_map(unread));
+    notes.extend(design.perceptron().layers().filter_map(cut));
+    notes
+}
+
+/// Inputs with fewer codes than this deserve a note.
+const FEW_CODES: i64 = 1 << 8;
+
+fn coarse_inputs(design: &Design) -> impl Iterator<Item = String> {
+    let input = design.input();
+    let edges = input.low.iter().zip(&input.high).zip(&input.formats);
+    edges
+        .zip(design.input_names())
+        .filter_map(|(((low, high), format), name)| {
+            let codes = high - low + 1;
+            (codes > 1 && codes < FEW_CODES).then(|| {
+                format!(
+                    "input {name}: its box has {codes} codes only, in steps of {} (format \
+                     {format})",
+                    significant(format.step())
+                )
+            })
+        })
+}
+
+/// Longer lists are cut short.
+const MOST_NAMED: usize = 8;
+
+fn unread(layer: &Layer) -> Option<String> {
+    let quant = &layer.quant;
+    (!quant.unread.is_empty()).then(|| {
+        let mut unread: Vec<String> = quant.unread.iter().map(usize::to_string).collect();
+        if unread.len() > MOST_NAMED {
+            unread.truncate(MOST_NAMED);
+            unread.push("...".into());
+        }
+        format!(
+            "{}: all weights of {} {} round to zero beside the greatest, which is held by {}",
+            quant.name,
+            if unread.len() == 1 { "input" } else { "inputs" },
+            unread.join(", "),
+            quant.weight_format
+        )
+    })
 }
 
 fn cut(layer: &Layer) -> Option<String> {

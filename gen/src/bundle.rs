@@ -4,12 +4,11 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use hwgen_spec::design::{Design, DesignError};
-use hwgen_spec::network::FloatNet;
-use hwgen_spec::weights::{self, WeightsError};
+use hwgen_spec::design::DesignError;
+use hwgen_spec::weights::WeightsError;
+use serde_json::Value;
 
-use crate::manifest::{BUNDLE_FORMAT, Manifest};
-use crate::{design_digest, sha256};
+use crate::manifest::BUNDLE_FORMAT;
 
 /// One text file of a bundle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,6 +45,31 @@ pub enum BundleError {
         /// Where.
         path: PathBuf,
     },
+    /// `--force` was given, but there are files that no emission wrote.
+    #[error(
+        "{path}: files of the bundle alone expected, others found: {}",
+        named(files)
+    )]
+    Foreign {
+        /// The bundle.
+        path: PathBuf,
+        /// The files below it that its manifest does not list.
+        files: Vec<String>,
+    },
+    /// The path does not end in a name for the bundle's directory.
+    #[error("{path}: a path that ends in a directory's name expected")]
+    NoName {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The new bundle could not be put in place, nor the old one put back.
+    #[error("{source}; the old bundle is in {path}")]
+    Parked {
+        /// Where the old bundle is.
+        path: PathBuf,
+        /// Why the new one could not be put in place.
+        source: io::Error,
+    },
     /// The file system refused.
     #[error("{path}: {source}")]
     Io {
@@ -71,6 +95,24 @@ pub enum BundleError {
         expected: String,
         /// The file's, or why there is none.
         found: String,
+    },
+    /// The manifest says what its weights and options don't lead to.
+    #[error("{path}: {field}: {expected} expected from its weights and options, {found} found")]
+    Altered {
+        /// The manifest.
+        path: PathBuf,
+        /// The first field that differs.
+        field: String,
+        /// What weights and options lead to.
+        expected: String,
+        /// What the manifest says.
+        found: String,
+    },
+    /// There is a source file that the manifest does not list.
+    #[error("{path}: only files that the manifest lists expected in `rtl` and `tb`, another found")]
+    Unlisted {
+        /// The file.
+        path: PathBuf,
     },
     /// The weights in the bundle can't be read.
     #[error("{path}: {source}")]
@@ -105,6 +147,11 @@ impl BundleError {
             Self::NotABundle { .. } => {
                 "--force replaces bundles only: remove the directory yourself".into()
             }
+            Self::Foreign { .. } => "--force would delete them: move them elsewhere first".into(),
+            Self::NoName { .. } => "name the directory that is to be made".into(),
+            Self::Parked { path, .. } => format!("move {} back", path.display()),
+            Self::Unlisted { .. } => "move the file elsewhere: tools read all of rtl/*.v".into(),
+            Self::Altered { .. } => "emit the bundle again".into(),
             Self::Io { .. } => "check that the path exists and that you may use it".into(),
             Self::Manifest { .. } => "give the directory that `hwgen emit` wrote".into(),
             Self::Changed { .. } | Self::Stale { .. } => {
@@ -145,29 +192,45 @@ impl Bundle {
     /// The files are written beside it and the directory is renamed when it is whole.
     ///
     /// # Errors
-    /// [`BundleError::Exists`] or [`BundleError::Io`]; nothing is left behind then.
+    /// [`BundleError::Exists`], [`BundleError::NoName`] or [`BundleError::Io`]; nothing is left
+    /// behind then.
     pub fn write(&self, out: &Path) -> Result<(), BundleError> {
+        check_name(out)?;
         if out.symlink_metadata().is_ok() {
             return Err(BundleError::Exists {
                 path: out.to_owned(),
             });
         }
         let aside = self.write_aside(out)?;
-        rename(&aside.keep(), out)
+        rename(aside.path(), out)?;
+        // It is no longer where it would be deleted.
+        let _ = aside.keep();
+        Ok(())
     }
 
     /// Writes the bundle, in place of one that may be there.
     ///
     /// # Errors
-    /// [`BundleError::NotABundle`] if something else is there, or [`BundleError::Io`].
+    /// [`BundleError::NotABundle`] if something else is there, [`BundleError::Foreign`] if
+    /// something else is in it, or as [`write`](Self::write).
     pub fn replace(&self, out: &Path) -> Result<(), BundleError> {
+        check_name(out)?;
         if out.symlink_metadata().is_err() {
             return self.write(out);
         }
-        let empty = fs::read_dir(out).map_err(io_error(out))?.next().is_none();
-        if !empty && !is_bundle(out) {
+        let there = files_below(out, "")?;
+        if !there.is_empty() && !is_bundle(out) {
             return Err(BundleError::NotABundle {
                 path: out.to_owned(),
+            });
+        }
+        let ours = listed(out);
+        let foreign = |file: &String| file != "manifest.json" && !ours.contains(file);
+        let files: Vec<String> = there.into_iter().filter(foreign).collect();
+        if !files.is_empty() {
+            return Err(BundleError::Foreign {
+                path: out.to_owned(),
+                files,
             });
         }
         let aside = self.write_aside(out)?;
@@ -177,12 +240,20 @@ impl Bundle {
             .map_err(io_error(out))?;
         let parked = old.path().join("bundle");
         rename(out, &parked)?;
-        let aside = aside.keep();
-        rename(&aside, out).inspect_err(|_| {
-            // Put the old one back; the error tells of the new one.
-            let _ = fs::rename(&parked, out);
-            let _ = fs::remove_dir_all(&aside);
-        })
+        if let Err(source) = fs::rename(aside.path(), out) {
+            return Err(match fs::rename(&parked, out) {
+                Ok(()) => io_error(out)(source),
+                Err(_) => {
+                    let _ = old.keep();
+                    BundleError::Parked {
+                        path: parked,
+                        source,
+                    }
+                }
+            });
+        }
+        let _ = aside.keep();
+        Ok(())
     }
 
     fn write_aside(&self, out: &Path) -> Result<tempfile::TempDir, BundleError> {
@@ -212,75 +283,6 @@ impl Bundle {
     }
 }
 
-/// A bundle read back: what it was made from, and a manifest that its files agree with.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// The manifest.
-    pub manifest: Manifest,
-    /// The float network.
-    pub net: FloatNet,
-    /// The design that weights and options lead to.
-    pub design: Design,
-}
-
-impl Source {
-    /// Reads a bundle and checks every file against the manifest.
-    ///
-    /// # Errors
-    /// [`BundleError`] if a file is missing or changed, or the bundle is another version's.
-    pub fn read(directory: &Path) -> Result<Self, BundleError> {
-        let path = directory.join("manifest.json");
-        let manifest = |found: String| BundleError::Manifest {
-            path: path.clone(),
-            found,
-        };
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(manifest("none".into())),
-            Err(e) => return Err(manifest(e.to_string())),
-        };
-        let read: Manifest = serde_json::from_str(&text).map_err(|e| manifest(e.to_string()))?;
-        if read.format != BUNDLE_FORMAT {
-            return Err(manifest(format!("`{}`", read.format)));
-        }
-        for file in &read.files {
-            let path = directory.join(&file.path);
-            let found = match fs::read_to_string(&path) {
-                Ok(text) => sha256(&text),
-                Err(e) => e.to_string(),
-            };
-            if found != file.sha256 {
-                return Err(BundleError::Changed {
-                    path,
-                    expected: file.sha256.clone(),
-                    found,
-                });
-            }
-        }
-        let weights_path = directory.join("weights.json");
-        let weights = fs::read_to_string(&weights_path).map_err(io_error(&weights_path))?;
-        let net = weights::read(weights.as_bytes()).map_err(|source| BundleError::Weights {
-            path: weights_path,
-            source: Box::new(source),
-        })?;
-        let design =
-            Design::new(&net, &read.options).map_err(|e| BundleError::Design(Box::new(e)))?;
-        let expected = design_digest(&design, &weights);
-        if expected != read.digest {
-            return Err(BundleError::Stale {
-                path,
-                expected,
-                found: read.digest,
-            });
-        }
-        Ok(Self {
-            manifest: read,
-            net,
-            design,
-        })
-    }
-}
-
 /// Whether there is a manifest of ours, of whatever version: other programs have a
 /// `manifest.json` too.
 fn is_bundle(directory: &Path) -> bool {
@@ -290,6 +292,50 @@ fn is_bundle(directory: &Path) -> bool {
         .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
         .and_then(|manifest| Some(manifest.get("format")?.as_str()?.split('/').next() == family))
         .unwrap_or(false)
+}
+
+/// The files that a manifest lists, of whatever version.
+fn listed(directory: &Path) -> Vec<String> {
+    let text = fs::read_to_string(directory.join("manifest.json")).unwrap_or_default();
+    let manifest: Value = serde_json::from_str(&text).unwrap_or_default();
+    let files = manifest["files"].as_array().cloned().unwrap_or_default();
+    let path = |file: &Value| Some(file["path"].as_str()?.to_owned());
+    files.iter().filter_map(path).collect()
+}
+
+/// Paths of all that is no directory below one, with `/`, behind a prefix.
+pub(crate) fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, BundleError> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(directory).map_err(io_error(directory))? {
+        let entry = entry.map_err(io_error(directory))?;
+        let path = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        let kind = entry.file_type().map_err(io_error(directory))?;
+        if kind.is_dir() {
+            files.extend(files_below(&entry.path(), &format!("{path}/"))?);
+        } else {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn named(files: &[String]) -> String {
+    const MOST: usize = 5;
+    let mut text = files[..files.len().min(MOST)].join(", ");
+    if files.len() > MOST {
+        text.push_str(&format!(" and {} more", files.len() - MOST));
+    }
+    text
+}
+
+fn check_name(out: &Path) -> Result<(), BundleError> {
+    match out.file_name() {
+        Some(_) => Ok(()),
+        None => Err(BundleError::NoName {
+            path: out.to_owned(),
+        }),
+    }
 }
 
 fn parent(path: &Path) -> PathBuf {
@@ -303,7 +349,7 @@ fn rename(from: &Path, to: &Path) -> Result<(), BundleError> {
     fs::rename(from, to).map_err(io_error(to))
 }
 
-fn io_error(path: &Path) -> impl FnOnce(io::Error) -> BundleError {
+pub(crate) fn io_error(path: &Path) -> impl FnOnce(io::Error) -> BundleError {
     let path = path.to_owned();
     move |source| BundleError::Io { path, source }
 }

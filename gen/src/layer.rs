@@ -35,7 +35,7 @@ struct LayerContext<'a> {
     sum_latency: usize,
     finish_latency: usize,
     drain_note: String,
-    overflow_note: &'static str,
+    overflow: String,
     replay: bool,
     accumulates: bool,
     drains: bool,
@@ -89,6 +89,7 @@ struct PeContext<'a> {
     simd: usize,
     simd_s: &'static str,
     sum_note: &'static str,
+    shift_note: &'static str,
     x_format: String,
     w_format: String,
     x_width: usize,
@@ -190,9 +191,16 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         } else {
             String::new()
         },
-        overflow_note: match activation {
-            Activation::Tanh | Activation::Sigmoid => " Here none can be.",
-            Activation::Relu | Activation::Linear => "",
+        overflow: match activation {
+            Activation::Tanh | Activation::Sigmoid => format!(
+                "the argument is clipped to +-({} - 2^{}), part of {}, and raises no flag.",
+                1u64 << quant.pre.integer(),
+                -quant.pre.fraction(),
+                activation.name()
+            ),
+            Activation::Relu | Activation::Linear => {
+                format!("a word that is clipped to {y} raises flag_o.")
+            }
         },
         replay,
         accumulates: layer.accumulates(),
@@ -285,6 +293,11 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         simd_s: plural(simd),
         sum_note: if layer.accumulates() {
             ", accumulated over a group of clocks"
+        } else {
+            ""
+        },
+        shift_note: if quant.max_extra_shift() > 0 {
+            " (finer where a neuron has a shift of its own)"
         } else {
             ""
         },

@@ -20,12 +20,14 @@ mod layer;
 mod library;
 mod manifest;
 mod rom;
+mod source;
 mod stage;
 mod text;
 mod top;
 
-pub use bundle::{Bundle, BundleError, File, Source};
+pub use bundle::{Bundle, BundleError, File};
 pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
+pub use source::Source;
 
 use hwgen_spec::design::{Design, Stage};
 use hwgen_spec::network::FloatNet;

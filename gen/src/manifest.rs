@@ -1,5 +1,7 @@
 //! The manifest: what a bundle holds, and all that a bench needs to drive the core.
 
+use std::collections::BTreeMap;
+
 use hwgen_spec::design::{Design, Layer, Port};
 use hwgen_spec::format::QFormat;
 use hwgen_spec::options::Options;
@@ -24,10 +26,21 @@ pub struct Manifest {
     pub digest: String,
     /// The options that lead from `weights.json` to this design.
     pub options: Options,
+    /// Bits of each network's output words: what `options.output_bits` and the file's formats
+    /// came to.
+    pub output_bits: BTreeMap<String, u32>,
     /// Clock input, rising edge.
     pub clock: String,
-    /// Reset input, synchronous, active low.
+    /// Reset input.
     pub reset: String,
+    /// Level at which it resets, `low`.
+    pub reset_active: String,
+    /// Whether it is read at the rising edge of the clock only.
+    pub reset_synchronous: bool,
+    /// Rising edges that must see it active.
+    pub reset_least_cycles: u32,
+    /// How a value becomes a code: `floor(value * 2^n + 1/2)`, then clipped to the word's range.
+    pub value_to_code: String,
     /// The two streams.
     pub streams: Vec<Stream>,
     /// Clocks from the edge that takes the first input beat to the one that gives the last output
@@ -69,8 +82,10 @@ pub struct Stream {
     pub beats: usize,
     /// Words of a beat; lanes of the last beat that have no word are ignored or zero.
     pub words_per_beat: usize,
-    /// Bits of a word's lane; words are sign-extended to it.
+    /// Bits of a word's lane.
     pub lane_bits: u32,
+    /// How a word stands in its lane: `two's complement, sign-extended`.
+    pub lane_encoding: String,
     /// The words of a frame.
     pub words: Vec<Word>,
 }
@@ -119,7 +134,7 @@ pub struct LayerEntry {
     pub lanes: usize,
     /// Clocks of a frame in its array.
     pub clocks: usize,
-    /// Format of its inputs.
+    /// Format of its inputs; where inputs of the core differ in format, the coarsest of them.
     pub x: String,
     /// Format of its weights.
     pub w: String,
@@ -131,9 +146,12 @@ pub struct LayerEntry {
     pub y: String,
     /// Least and greatest weighted sum with bias over the input box.
     pub proved_range: (f64, f64),
-    /// Greatest error of its activation table in output steps.
+    /// Greatest error of its activation table in output steps, over arguments of any magnitude.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table_error_steps: Option<f64>,
+    /// The same over arguments that are not clipped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table_range_error_steps: Option<f64>,
     /// Segments of its activation table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table_segments: Option<usize>,
@@ -151,19 +169,16 @@ pub struct ManifestFile {
 impl Manifest {
     pub(crate) fn of(design: &Design, digest: &str, files: &[File]) -> Self {
         let input = design.input();
+        let networks = &design.perceptron().networks;
         let inputs = design
             .input_names()
             .iter()
+            .zip(&input.formats)
             .zip(input.low.iter().zip(&input.high))
-            .map(|(name, (low, high))| {
-                (
-                    name.clone(),
-                    design.input_unit(),
-                    input.format,
-                    (*low, *high),
-                )
+            .map(|((name, format), (low, high))| {
+                (name.clone(), design.input_unit(), *format, (*low, *high))
             });
-        let outputs = design.perceptron().networks.iter().flat_map(|n| {
+        let outputs = networks.iter().flat_map(|n| {
             let format = n.last().quant.output;
             n.output_names.iter().map(move |o| {
                 let range = (format.min_code(), format.max_code());
@@ -179,8 +194,16 @@ impl Manifest {
             design: design.name().into(),
             digest: digest.into(),
             options: design.options().clone(),
+            output_bits: networks
+                .iter()
+                .map(|n| (n.name.clone(), n.last().quant.output.width()))
+                .collect(),
             clock: "aclk".into(),
             reset: "aresetn".into(),
+            reset_active: "low".into(),
+            reset_synchronous: true,
+            reset_least_cycles: 1,
+            value_to_code: "floor(value * 2^n + 1/2), clipped to min_code..max_code".into(),
             streams: vec![source, sink],
             latency_cycles: design.latency_cycles(),
             interval_cycles: design.interval_cycles(),
@@ -224,6 +247,7 @@ fn stream<'a>(
         beats: port.beats(),
         words_per_beat: port.words_per_beat,
         lane_bits: port.lane_bits,
+        lane_encoding: "two's complement, sign-extended".into(),
         words: words
             .enumerate()
             .map(|(i, (name, unit, format, (min_code, max_code)))| Word {
@@ -260,6 +284,7 @@ fn layer_entry(layer: &Layer) -> LayerEntry {
         y: quant.output.to_string(),
         proved_range: quant.proved_range,
         table_error_steps: quant.table.as_ref().map(|t| t.max_error_lsb()),
+        table_range_error_steps: quant.table.as_ref().map(|t| t.range_error_lsb()),
         table_segments: quant.table.as_ref().map(|t| t.segments()),
     }
 }

@@ -7,7 +7,7 @@ use hwgen_spec::format::to_bits;
 
 use crate::bundle::File;
 use crate::text::finish;
-use crate::{Header, address_width, bits, range};
+use crate::{Header, address_width, bits, plural, range};
 
 /// Deeper ROMs go to block RAM, shallower ones to LUTs: 64 words are what a LUT ROM is fast for.
 const LOGIC_DEPTH: usize = 64;
@@ -23,6 +23,7 @@ struct Rom<'a> {
     data_range: String,
     width: usize,
     rom_style: &'static str,
+    rom_note: String,
     rows: Vec<Row>,
 }
 
@@ -64,9 +65,8 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
     );
     let notes = vec![
         format!(
-            "Function:  word a holds the weights of clock a of a frame, input {} * (a % {}) lowest.",
-            layer.fold.simd,
-            layer.synapse_folds()
+            "Function:  word a holds the weights of clock a of a frame: {}.",
+            inputs_of_word(layer)
         ),
         format!(
             "Format:    {} words of {width} bits, {}{}.",
@@ -80,6 +80,18 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
         ),
     ];
     rom(module, purpose, notes, rows, header)
+}
+
+/// Which inputs the weights of word `a` belong to.
+fn inputs_of_word(layer: &Layer) -> String {
+    match (layer.fold.simd, layer.synapse_folds()) {
+        (1, 1) => "of input 0".to_owned(),
+        (simd, 1) => format!("of inputs 0..{}, input 0 lowest", simd - 1),
+        (1, folds) => format!("of input a % {folds}"),
+        (simd, folds) => {
+            format!("of {simd} inputs from {simd} * (a % {folds}) on, the first lowest")
+        }
+    }
 }
 
 /// Biases and shifts of a layer.
@@ -155,17 +167,22 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
             1u32 << table.range_log2()
         ),
         format!(
-            "Format:    {{offset of {offset} bits, {} of them fraction, with half an output step;",
+            "Format:    {{offset of {offset} bits, {} of them fraction, with half an output step",
             table.fraction() + 2
         ),
         format!(
-            "           slope of {slope} bits, {} of them fraction}}.",
+            "           (segment 0: so that zero leads to zero); slope of {slope} bits, {} of them fraction}}.",
             table.slope_bits()
         ),
         format!(
-            "Error:     at most {:.3} output steps of 2^-{} over all codes, minimax per segment.",
-            table.max_error_lsb(),
-            table.fraction()
+            "Error:     at most {:.3} output steps of 2^-{} up to the clip at {}, minimax per segment;",
+            table.range_error_lsb(),
+            table.fraction(),
+            1u32 << table.range_log2()
+        ),
+        format!(
+            "           at most {:.3} for arguments of any magnitude.",
+            table.max_error_lsb()
         ),
     ];
     rom(
@@ -196,6 +213,11 @@ fn rom(
             comment: comment.clone(),
         })
         .collect();
+    let (rom_style, rom_note) = if words.len() > LOGIC_DEPTH {
+        ("block", format!("more than {LOGIC_DEPTH} go to block RAM"))
+    } else {
+        ("logic", format!("up to {LOGIC_DEPTH} go to logic"))
+    };
     let text = Rom {
         module,
         purpose,
@@ -204,11 +226,12 @@ fn rom(
         address_range: range(address),
         data_range: range(width),
         width,
-        rom_style: if words.len() > LOGIC_DEPTH {
-            "block"
-        } else {
-            "logic"
-        },
+        rom_style,
+        rom_note: format!(
+            "{} word{}: {rom_note} (hwgen: docs/interface.md).",
+            words.len(),
+            plural(words.len())
+        ),
         rows,
     };
     header.rtl(module, finish(text.render()))

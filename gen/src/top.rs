@@ -125,7 +125,7 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
                 format!(
                     "{word}{comma}  // {}: {}",
                     design.input_names()[i],
-                    format.to_f64(*code)
+                    design.input().formats[i].to_f64(*code)
                 )
             })
             .take(last + 1)
@@ -137,17 +137,30 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
             .iter()
             .map(move |o| format!("{}.{o} {shape}", n.name))
     });
+    let one_format = design.input().formats.iter().all(|f| *f == format);
+    let words = design.input_names().iter().zip(&design.input().formats);
+    let inputs = words.map(|(name, format)| {
+        if one_format {
+            name.clone()
+        } else {
+            format!("{name} {format}")
+        }
+    });
     let context = TopContext {
         module,
         purpose: format!("{}.", purpose(design)),
         provenance: header.provenance(),
-        x_format: format!("{format}{}", unit(design.input_unit())),
+        x_format: if one_format {
+            format!(" of {format}{}", unit(design.input_unit()))
+        } else {
+            unit(design.input_unit())
+        },
         x_width: width,
         source_words: source.words,
         source_lane: source.lane_bits,
         source_per_beat: source.words_per_beat,
         source_beats: source.beats(),
-        source_notes: wrap(design.input_names().iter().cloned()),
+        source_notes: wrap(inputs),
         source_range: range(source.data_bits()),
         sink_words: sink.words,
         sink_lane: sink.lane_bits,

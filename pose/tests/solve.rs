@@ -408,8 +408,8 @@ fn draws_are_those_of_seed_and_index() {
     assert_ne!(at(3), at(4));
     // Weighted means lie where the weights say.
     let posterior = at(3);
-    let square = posterior.position_m.norm_squared();
-    assert!((posterior.position_weight * square - 1.0).abs() < 0.01);
+    let length = posterior.position_m.norm();
+    assert!((posterior.position_weight * length - 1.0).abs() < 0.01);
     assert!(posterior.relative_position_m.norm() < posterior.position_m.norm());
 }
 

@@ -5,7 +5,7 @@
 // Latency:   1 clock; one word a clock from DEPTH = 2 on. Both handshakes are registered.
 // Overflow:  impossible: a word is taken with ready_o high only.
 // Reset:     empties it; not ready while reset is held.
-// Model:     sim/src/model/stream.rs, Fifo
+// Model:     hwgen: sim/src/model/stream.rs, Fifo
 `default_nettype none
 
 module hwg_fifo #(

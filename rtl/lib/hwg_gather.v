@@ -5,7 +5,7 @@
 //            flag_o is the OR of the beats' flags.
 // Latency:   the vector is whole 1 clock after its last beat, and until the next beat comes.
 // Reset:     the next beat is the first of a frame.
-// Model:     sim/src/model/feed.rs, Gather
+// Model:     hwgen: sim/src/model/feed.rs, Gather
 `default_nettype none
 
 module hwg_gather #(

@@ -5,9 +5,9 @@
 @% for line in flow %@//            @{ line }@
 @% endfor %@// Format:    x @{ x_format }@, W @{ w_format }@, y @{ y_format }@ (@{ y_width }@ bits).
 // Latency:   @{ sum_latency }@ clocks from an operand to its sum, @{ drain_note }@@{ finish_latency }@ from a sum to its word.
-// Overflow:  sums can't; a word that is clipped to @{ y_format }@ raises flag_o.@{ overflow_note }@
+// Overflow:  sums can't; @{ overflow }@
 // Reset:     control bits only.
-// Model:     sim/src/model/layer.rs
+// Model:     hwgen: sim/src/model/layer.rs
 // @{ provenance }@
 `default_nettype none
 

@@ -3,13 +3,13 @@
 //
 // Function:  @{ shared_note }@
 @% for line in network_notes %@//            @{ line }@
-@% endfor %@// Format:    words of the input frame are @{ x_format }@; those of the output frame are sign-extended to
+@% endfor %@// Format:    words of the input frame are read as @{ x_format }@; those of the output frame are sign-extended to
 //            @{ lane_bits }@ bits.
 // Latency:   @{ latency }@ clocks from start to the output frame; a frame every @{ interval }@ clocks.
 // Overflow:  inside there is no back-pressure: at most @{ credits }@ frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
-// Model:     sim/src/model/stage.rs
+// Model:     hwgen: sim/src/model/stage.rs
 // @{ provenance }@
 `default_nettype none
 

@@ -2,12 +2,13 @@
 // @{ module }@: one neuron at a time of layer @{ layer }@, @{ simd }@ input@{ simd_s }@ a clock.
 //
 // Function:  sum_o = sum of operand * weight@{ sum_note }@.
-// Format:    operands @{ x_format }@, weights @{ w_format }@ (finer where a neuron has a shift of its own),
+// Format:    operands @{ x_format }@, weights @{ w_format }@@{ shift_note }@,
 //            products @{ product_width }@ bits, sums @{ sum_width }@ bits, all exact.
 // Latency:   @{ latency }@ clocks from operands and weights to sum_o.
-// Overflow:  impossible: @{ sum_width }@ bits hold the sum for every operand word, by interval analysis.
+// Overflow:  impossible: @{ sum_width }@ bits hold the sum of the weights' magnitudes times the operand's
+//            greatest, of any part of it and in any order.
 // Reset:     none.
-// Model:     sim/src/model/array.rs, Array
+// Model:     hwgen: sim/src/model/array.rs, Array
 // @{ provenance }@
 `default_nettype none
 

@@ -11,6 +11,7 @@ module @{ module }@ (
   input  wire @{ address_range }@ address_i,
   output wire @{ data_range }@ data_o
 );
+  // @{ rom_note }@
   (* rom_style = "@{ rom_style }@" *)
   reg @{ data_range }@ data_q = @{ width }@'h0;
 

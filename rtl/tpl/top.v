@@ -2,7 +2,7 @@
 // @{ module }@: @{ purpose }@
 //
 // Function:  one output frame for each input frame, in order.
-// Format:    s_axis: @{ source_words }@ words of @{ x_format }@ in @{ source_lane }@-bit lanes, @{ source_per_beat }@ a beat, @{ source_beats }@ beats a frame:
+// Format:    s_axis: @{ source_words }@ words@{ x_format }@ in @{ source_lane }@-bit lanes, @{ source_per_beat }@ a beat, @{ source_beats }@ beats a frame:
 @% for line in source_notes %@//              @{ line }@
 @% endfor %@//            m_axis: @{ sink_words }@ words in @{ sink_lane }@-bit lanes, @{ sink_per_beat }@ a beat, @{ sink_beats }@ beats a frame:
 @% for line in sink_notes %@//              @{ line }@
@@ -13,7 +13,7 @@
 //            the last output beat; a frame every @{ interval }@ clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
 // Reset:     aresetn, synchronous, active low; frames under way are dropped.
-// Model:     sim/src/model.rs
+// Model:     hwgen: sim/src/model.rs
 // Bench:     tb/@{ module }@_tb.v
 // @{ provenance }@
 `default_nettype none

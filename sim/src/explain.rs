@@ -37,7 +37,7 @@ pub fn explain(
     else {
         if path == "u_ingress.word_q" {
             meaning.input = Some(lane);
-            meaning.fraction = Some(design.input().format.fraction());
+            meaning.fraction = design.input().formats.get(lane).map(|f| f.fraction());
         }
         return meaning;
     };

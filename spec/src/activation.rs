@@ -3,6 +3,10 @@
 //! One odd table serves both, because `sigmoid(x) = (1 + tanh(x / 2)) / 2` is exact in fixed
 //! point: the halving moves the binary point, and so does the outer one half.
 
+use self::fit::Segment;
+
+mod fit;
+
 /// A tanh on fixed-point codes: straight segments over the magnitude, the sign put back.
 ///
 /// The magnitude `m = |z|` splits into a segment number (its high bits) and a distance `d` from
@@ -18,7 +22,7 @@
 ///
 /// # Contract
 /// Odd, monotone, and within `2^f - 1` in magnitude.
-/// Every segment is the minimax line over its own codes.
+/// Every segment is the minimax line over its own codes among those that leave the table so.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OddTable {
     fraction: u32,
@@ -27,6 +31,7 @@ pub struct OddTable {
     slope_bits: u32,
     offsets: Vec<i64>,
     slopes: Vec<i64>,
+    range_error_lsb_1000: i64,
     max_error_lsb_1000: i64,
 }
 
@@ -37,19 +42,28 @@ pub const GUARD_BITS: u32 = 2;
 pub const FRACTION_RANGE: std::ops::RangeInclusive<u32> = 2..=17;
 
 impl OddTable {
-    /// The smallest table, in powers of two, whose error stays below two output steps.
+    /// The smallest table, in powers of two, whose error stays below two output steps
+    /// over its range.
     ///
     /// `fraction` must lie in [`FRACTION_RANGE`].
     pub fn tanh(fraction: u32) -> Self {
         let widest = range_log2(fraction) + fraction - 1;
         (2..=widest)
-            .map(|log2| Self::with_segments_log2(fraction, log2))
-            .find(|table| table.max_error_lsb() < 2.0)
+            .find_map(|log2| {
+                let mut table = Self::empty(fraction, log2);
+                table.fit(1.999).then_some(table)
+            })
             .unwrap_or_else(|| Self::with_segments_log2(fraction, widest))
     }
 
     /// A table with `2^segments_log2` uniform segments (at most one for two codes).
     pub fn with_segments_log2(fraction: u32, segments_log2: u32) -> Self {
+        let mut table = Self::empty(fraction, segments_log2);
+        table.fit(f64::INFINITY);
+        table
+    }
+
+    fn empty(fraction: u32, segments_log2: u32) -> Self {
         assert!(
             FRACTION_RANGE.contains(&fraction),
             "{fraction} fraction bits"
@@ -60,23 +74,22 @@ impl OddTable {
         let slope_bits = (fraction + range_log2)
             .saturating_sub(segments_log2)
             .max(GUARD_BITS);
-        let mut table = Self {
+        Self {
             fraction,
             range_log2,
             segments_log2,
             slope_bits,
             offsets: Vec::new(),
             slopes: Vec::new(),
+            range_error_lsb_1000: 0,
             max_error_lsb_1000: 0,
-        };
-        table.fit();
-        table
+        }
     }
 
-    fn fit(&mut self) {
+    /// Fits the segments one after the other; false as soon as an error exceeds `limit`.
+    fn fit(&mut self, limit: f64) -> bool {
         let one = libm::ldexp(1.0, self.fraction.cast_signed());
         let length = 1i64 << self.distance_bits();
-        let limit = (1i64 << self.fraction) - 1;
         let mut worst = 0.0f64;
         let mut last = 0i64;
         for k in 0..1i64 << self.segments_log2 {
@@ -85,45 +98,29 @@ impl OddTable {
                 .map(|d| libm::tanh(to_real(k * length + d) / one) * one)
                 .collect();
             let end = libm::tanh(to_real((k + 1) * length) / one) * one;
-            let ideal = (end - exact[0]) / to_real(length) * to_real(1 << self.slope_bits);
-            let mut best: Option<(f64, i64, i64, i64)> = None;
-            for slope in slope_candidates(ideal) {
-                let line = |d: i64| to_real(slope * d) / to_real(1 << self.slope_bits);
-                let residual = exact.iter().zip(0..).map(|(e, d)| e - line(d));
-                let (low, high) = residual.fold((f64::MAX, f64::MIN), |(low, high), r| {
-                    (low.min(r), high.max(r))
-                });
-                let centre = to_code((low + high) / 2.0 * 4.0) + 2;
-                for offset in (centre - 2).max(0)..=centre + 2 {
-                    let value = |d: i64| self.line(offset, slope, d);
-                    let (first, final_value) = (value(0), value(length - 1));
-                    if first < last || final_value > limit || (k == 0 && first != 0) {
-                        continue;
-                    }
-                    let error = exact
-                        .iter()
-                        .zip(0..)
-                        .map(|(e, d)| (to_real(value(d)) - e).abs())
-                        .fold(0.0, f64::max);
-                    if best.is_none_or(|(least, ..)| error < least) {
-                        best = Some((error, offset, slope, final_value));
-                    }
-                }
+            let segment = Segment {
+                table: self,
+                exact,
+                last: length - 1,
+                // Monotone from the segment before.
+                least: last << GUARD_BITS,
+                // Zero leads to zero.
+                most: if k == 0 { 3 } else { i64::MAX },
+            };
+            let ideal = (end - segment.exact[0]) / to_real(length);
+            let line = segment.best(ideal * to_real(1 << self.slope_bits));
+            worst = worst.max(line.error);
+            if worst > limit {
+                return false;
             }
-            // A constant at the last value is always monotone and in range.
-            let (error, offset, slope, final_value) = best.unwrap_or_else(|| {
-                let error = exact
-                    .iter()
-                    .map(|e| (e - to_real(last)).abs())
-                    .fold(0.0, f64::max);
-                (error, (last << GUARD_BITS) + 2, 0, last)
-            });
-            worst = worst.max(error);
-            last = final_value;
-            self.offsets.push(offset);
-            self.slopes.push(slope);
+            last = self.line(line.offset, line.slope, length - 1);
+            self.offsets.push(line.offset);
+            self.slopes.push(line.slope);
         }
-        self.max_error_lsb_1000 = to_code((worst * 1000.0).ceil());
+        let thousandths = |steps: f64| to_code((steps * 1000.0).ceil());
+        self.range_error_lsb_1000 = thousandths(worst);
+        self.max_error_lsb_1000 = thousandths(worst.max(one - to_real(last)));
+        true
     }
 
     fn line(&self, offset: i64, slope: i64, distance: i64) -> i64 {
@@ -202,20 +199,21 @@ impl OddTable {
         (self.offsets[segment], self.slopes[segment])
     }
 
-    /// Greatest distance from tanh over all input codes, in output steps, rounded up to 1/1000.
+    /// Greatest distance from tanh over the input codes of the range, in output steps, rounded up
+    /// to 1/1000.
+    pub fn range_error_lsb(&self) -> f64 {
+        to_real(self.range_error_lsb_1000) / 1000.0
+    }
+
+    /// The same over all arguments, those that are clipped to the range included.
     pub fn max_error_lsb(&self) -> f64 {
         to_real(self.max_error_lsb_1000) / 1000.0
     }
 }
 
 /// Beyond 4 tanh is within 1.4 steps of a constant for 12 fraction bits; finer words need 8.
-fn range_log2(fraction: u32) -> u32 {
+pub(crate) fn range_log2(fraction: u32) -> u32 {
     if fraction <= 12 { 2 } else { 3 }
-}
-
-fn slope_candidates(ideal: f64) -> std::ops::RangeInclusive<i64> {
-    let floor = to_code(ideal.floor());
-    (floor - 1).max(0)..=floor + 2
 }
 
 #[expect(
@@ -249,7 +247,7 @@ mod tests {
                 let y = table.apply(z);
                 let error = (to_real(y) - libm::tanh(to_real(z) / one) * one).abs();
                 assert!(error < 2.0, "fraction {fraction}, code {z}: {error} steps");
-                assert!(error <= table.max_error_lsb(), "stated bound, code {z}");
+                assert!(error <= table.range_error_lsb(), "stated bound, code {z}");
                 assert_eq!(y, -table.apply(-z), "odd at {z}");
                 assert!(y >= last, "monotone at {z}");
                 assert!(y.abs() < 1 << fraction, "in range at {z}");
@@ -273,6 +271,66 @@ mod tests {
     fn twelve_bits_need_the_64_segments_that_were_measured() {
         let table = OddTable::tanh(12);
         assert_eq!((table.segments(), table.slope_bits()), (64, 8));
-        assert!(table.max_error_lsb() < 1.8, "{}", table.max_error_lsb());
+        assert!(table.range_error_lsb() < 1.8);
+        // Beyond the range the table stays at its last value.
+        assert_eq!((table.apply(1 << 20), table.max_error_lsb()), (4093, 3.0));
+    }
+
+    /// Least error of a straight line over `[from, to]` of tanh; one from zero starts there.
+    /// None goes beyond one.
+    fn least_error(from: f64, to: f64) -> f64 {
+        let points: Vec<f64> = (0..=2000)
+            .map(|i| from + (to - from) * f64::from(i) / 2000.0)
+            .collect();
+        let worst = |slope: f64, offset: f64| {
+            let errors = points.iter().map(|x| libm::tanh(*x) - offset - slope * x);
+            errors.fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(e), b.max(e)))
+        };
+        if from > 0.0 {
+            let slope = (libm::tanh(to) - libm::tanh(from)) / (to - from);
+            let (low, high) = worst(slope, 0.0);
+            return (high - low) / 2.0;
+        }
+        (0..=1000)
+            .map(|i| f64::from(i) / 1000.0)
+            .filter(|slope| slope * to <= 1.0)
+            .map(|slope| worst(slope, 0.0))
+            .map(|(low, high)| high.max(-low))
+            .fold(f64::MAX, f64::min)
+    }
+
+    #[test]
+    fn few_segments_are_as_good_as_so_many_lines_can_be() {
+        for fraction in 7..=17 {
+            for segments_log2 in 2..=6 {
+                let table = OddTable::with_segments_log2(fraction, segments_log2);
+                let range = f64::from(1u32 << table.range_log2());
+                let count = 1u32 << segments_log2;
+                let edge = |k: u32| range * f64::from(k) / f64::from(count);
+                let least = (0..count)
+                    .map(|k| least_error(edge(k), edge(k + 1)))
+                    .fold(0.0, f64::max);
+                let steps = least * to_real(1 << fraction);
+                // Rounding of result, offset and slope; the limit one step below one.
+                let found = table.range_error_lsb();
+                assert!(
+                    found <= 1.02 * steps + 2.0,
+                    "{fraction} bits, {count} segments: {found} steps, {steps} possible"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn few_segments_leave_the_table_odd_monotone_and_in_range() {
+        for fraction in [2, 7, 12, 17] {
+            for segments_log2 in 2..=5 {
+                let table = OddTable::with_segments_log2(fraction, segments_log2);
+                let limit = (1i64 << table.magnitude_bits()) - 1;
+                assert_eq!(table.apply(0), 0);
+                let values: Vec<i64> = (0..=limit).map(|z| table.apply(z)).collect();
+                assert!(values.is_sorted() && values[values.len() - 1] < 1 << fraction);
+            }
+        }
     }
 }

@@ -22,24 +22,31 @@ pub struct Answer {
 impl InputFormat {
     /// Rounds raw inputs to codes; what the word can't hold is saturated.
     pub fn codes(&self, raw: &[f64]) -> Vec<i64> {
-        raw.iter()
-            .map(|v| self.format.quantize(*v, Rounding::HalfUp).code)
-            .collect()
+        self.words(raw).map(|word| word.code).collect()
     }
 
     /// Whether raw inputs lie outside of the box by more than rounding.
     pub fn outside(&self, raw: &[f64]) -> bool {
         let mut wide = false;
-        let words = raw
-            .iter()
-            .map(|v| self.format.quantize(*v, Rounding::HalfUp));
-        let mut codes: Vec<i64> = words
+        let mut codes: Vec<i64> = self
+            .words(raw)
             .map(|word| {
                 wide |= word.clipped;
                 word.code
             })
             .collect();
         self.clip(&mut codes) || wide
+    }
+
+    fn words(&self, raw: &[f64]) -> impl Iterator<Item = Saturated> {
+        let values = raw.iter().zip(&self.formats);
+        values.map(|(v, format)| format.quantize(*v, Rounding::HalfUp))
+    }
+
+    /// Raw inputs that codes stand for.
+    pub fn values(&self, codes: &[i64]) -> Vec<f64> {
+        let words = codes.iter().zip(&self.formats);
+        words.map(|(code, format)| format.to_f64(*code)).collect()
     }
 
     /// Clips codes to the box, as the hardware does first; true if one was outside.

@@ -5,13 +5,20 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use self::cut::Reader;
 use self::layer::{Quantizer, Signal};
 use crate::activation::OddTable;
-use crate::format::{QFormat, Rounding};
+use crate::format::QFormat;
 use crate::network::{Activation, FloatLayer, FloatNet, LayerFormat};
-use crate::options::{DEFAULT_INPUT_BITS, OPERAND_BITS, OUTPUT_BITS, Options, WidthSetting};
+use crate::options::Options;
 
+mod cut;
+mod input;
 mod layer;
+mod settings;
+mod shift;
+
+pub use self::input::InputFormat;
 
 /// Why a float network can't become an integer one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -57,12 +64,45 @@ pub enum QuantizeError {
         /// The format in the file.
         found: QFormat,
     },
+    /// An option that would change nothing.
+    #[error("{option}: {expected} expected, {found} found")]
+    Idle {
+        /// The option and the layer that it names.
+        option: String,
+        /// What it applies to.
+        expected: String,
+        /// What there is.
+        found: String,
+    },
+    /// An input whose whole box is a single code.
+    #[error(
+        "inputs: a step below the box of `{input}`, {low} to {high}, expected, a step of {step} \
+         found"
+    )]
+    OneCode {
+        /// The input's name.
+        input: String,
+        /// Lower edge of its box.
+        low: f64,
+        /// Upper edge of its box.
+        high: f64,
+        /// The step of its word.
+        step: f64,
+    },
+    /// A number so large or so small that no word beside the others holds it.
+    #[error("{what} of magnitude {found:e} can't be represented")]
+    Magnitude {
+        /// Of what.
+        what: String,
+        /// The greatest magnitude among them.
+        found: f64,
+    },
     /// A sum that no word is wide enough for.
     #[error("{layer}: sums of at most 52 bits expected, {found} bits needed")]
     SumWidth {
         /// The layer's name.
         layer: String,
-        /// The bits that interval analysis asks for.
+        /// The bits that its greatest magnitude asks for.
         found: u32,
     },
 }
@@ -78,6 +118,13 @@ impl QuantizeError {
             Self::Width { .. } => "choose a width in the range".into(),
             Self::Segments { .. } => "choose a power of two, or leave the option out".into(),
             Self::ActivationFormat { .. } => "change the layer's `format.activations`".into(),
+            Self::Idle { .. } => "leave the option out".into(),
+            Self::OneCode { .. } => {
+                "give a finer `resolution`, or the input another unit or offset".into()
+            }
+            Self::Magnitude { .. } => {
+                "rescale: choose a unit in which the numbers are nearer to one".into()
+            }
             Self::SumWidth { .. } => "use narrower weights or activations".into(),
         }
     }
@@ -85,17 +132,6 @@ impl QuantizeError {
 
 /// Sums stay below this so that double precision holds them exactly.
 const MAX_SUM_WIDTH: u32 = 52;
-
-/// The input words of a design.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InputFormat {
-    /// Format of every input word, raw units.
-    pub format: QFormat,
-    /// Least code of each input: the lower edge of the box.
-    pub low: Vec<i64>,
-    /// Greatest code of each input: the upper edge of the box.
-    pub high: Vec<i64>,
-}
 
 /// A layer in integers: `y = act(((W x << product_shift) + bias) >> shift)`.
 ///
@@ -123,6 +159,8 @@ pub struct QuantLayer {
     pub bias: Vec<i64>,
     /// Extra fraction bits of each neuron's weights.
     pub extra_shift: Vec<u32>,
+    /// Inputs that count for nothing: their weights are not all zero, but all round to zero.
+    pub unread: Vec<usize>,
     /// Places by which the sum is moved up before the bias is added.
     pub product_shift: u32,
     /// Places dropped after the bias was added, extra shift aside.
@@ -188,9 +226,10 @@ pub struct QuantNet {
 /// # Errors
 /// [`QuantizeError`] where an option or a trainer's format can't be met.
 pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeError> {
+    let input = InputFormat::of(net)?;
+    let net = &input.in_one_format(net)?;
     let folded = fold_scales(net);
-    check_options(&folded, options)?;
-    let input = input_format(net)?;
+    settings::check(&folded, options)?;
     let mut quantizer = Quantizer {
         options,
         tables: BTreeMap::new(),
@@ -198,11 +237,8 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
     let mut signal = Signal::raw(net, &input);
     let mut shared = Vec::new();
     for (index, layer) in folded.shared.iter().enumerate() {
-        let consumers: Vec<&FloatLayer> = match folded.shared.get(index + 1) {
-            Some((_, next)) => vec![next],
-            None => folded.networks.iter().map(|n| &n[0].1).collect(),
-        };
-        let q = quantizer.layer(layer, ("shared", index), &signal, &consumers)?;
+        let readers = folded.readers_of_shared(index);
+        let q = quantizer.layer(layer, ("shared", index), &signal, &readers)?;
         signal = q.1;
         shared.push(q.0);
     }
@@ -211,8 +247,8 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
         let mut signal = signal.clone();
         let mut quantized = Vec::new();
         for (index, layer) in layers.iter().enumerate() {
-            let consumers: Vec<_> = layers.get(index + 1).map(|(_, l)| l).into_iter().collect();
-            let q = quantizer.layer(layer, (&network.name, index), &signal, &consumers)?;
+            let readers: Vec<Reader> = reader(layers, index + 1).into_iter().collect();
+            let q = quantizer.layer(layer, (&network.name, index), &signal, &readers)?;
             signal = q.1;
             quantized.push(q.0);
         }
@@ -233,9 +269,37 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
 /// A layer, raw-unit maps folded in, and its name.
 type FoldedLayer = (String, FloatLayer);
 
+/// All layers, in the networks' order.
 struct Folded {
     shared: Vec<FoldedLayer>,
     networks: Vec<Vec<FoldedLayer>>,
+}
+
+impl Folded {
+    /// The layers that read a shared layer's words.
+    fn readers_of_shared(&self, index: usize) -> Vec<Reader<'_>> {
+        match reader(&self.shared, index + 1) {
+            Some(mut next) => {
+                if next.behind.is_empty() {
+                    next.behind = self.networks.iter().map(|n| &n[0].1).collect();
+                }
+                vec![next]
+            }
+            None => {
+                let networks = self.networks.iter();
+                networks.filter_map(|n| reader(n, 0)).collect()
+            }
+        }
+    }
+}
+
+/// A layer, if there is one, with the one behind it.
+fn reader(layers: &[FoldedLayer], index: usize) -> Option<Reader<'_>> {
+    layers.get(index).map(|(name, layer)| Reader {
+        name,
+        layer,
+        behind: layers.get(index + 1).map(|(_, l)| l).into_iter().collect(),
+    })
 }
 
 /// Puts the input and output maps into the first and last layers.
@@ -305,79 +369,4 @@ fn diagonal(scale: &[f64], offset: Option<&[f64]>) -> FloatLayer {
         bias: offset.map_or_else(|| vec![0.0; scale.len()], <[f64]>::to_vec),
         format: LayerFormat::default(),
     }
-}
-
-fn check_options(folded: &Folded, options: &Options) -> Result<(), QuantizeError> {
-    let layers = folded.shared.iter().chain(folded.networks.iter().flatten());
-    let known: Vec<&str> = layers.map(|(name, _)| name.as_str()).collect();
-    let check = |option: &'static str, settings: &[WidthSetting]| {
-        for setting in settings {
-            check_width(option.into(), setting.bits.into(), &OPERAND_BITS)?;
-            let layer = setting.layer.as_deref();
-            if let Some(found) = layer.filter(|name| !known.contains(name)) {
-                let (found, known) = (found.to_owned(), known.join(", "));
-                return Err(QuantizeError::UnknownLayer {
-                    option,
-                    found,
-                    known,
-                });
-            }
-        }
-        Ok(())
-    };
-    check("weight-bits", &options.weight_bits)?;
-    check("activation-bits", &options.activation_bits)?;
-    if let Some(bits) = options.output_bits {
-        check_width("output-bits".into(), bits.into(), &OUTPUT_BITS)?;
-    }
-    Ok(())
-}
-
-fn check_width(
-    what: String,
-    found: i64,
-    legal: &std::ops::RangeInclusive<u32>,
-) -> Result<(), QuantizeError> {
-    let (low, high) = (*legal.start(), *legal.end());
-    if (i64::from(low)..=i64::from(high)).contains(&found) {
-        return Ok(());
-    }
-    Err(QuantizeError::Width {
-        what,
-        low,
-        high,
-        found,
-    })
-}
-
-fn input_format(net: &FloatNet) -> Result<InputFormat, QuantizeError> {
-    let inputs = &net.inputs;
-    let low = inputs.min.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = inputs.max.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let too_wide = |found: i64| QuantizeError::Width {
-        what: "inputs: words for the box at this resolution".into(),
-        low: *OPERAND_BITS.start(),
-        high: *OPERAND_BITS.end(),
-        found,
-    };
-    let mut format = match inputs.resolution {
-        // The coarsest power of two that is no coarser than the resolution.
-        Some(resolution) => {
-            let floor = libm::ilogb(resolution);
-            QFormat::with_fraction(-floor, low, high).map_err(|_| too_wide(64))?
-        }
-        None => QFormat::holding(DEFAULT_INPUT_BITS, low, high).map_err(|_| too_wide(64))?,
-    };
-    if format.width() < *OPERAND_BITS.start() {
-        format = QFormat::new(*OPERAND_BITS.start(), format.fraction()).map_err(|_| too_wide(0))?;
-    }
-    if format.width() > *OPERAND_BITS.end() {
-        return Err(too_wide(format.width().into()));
-    }
-    let code = |v: &f64| format.quantize(*v, Rounding::HalfUp).code;
-    Ok(InputFormat {
-        format,
-        low: inputs.min.iter().map(code).collect(),
-        high: inputs.max.iter().map(code).collect(),
-    })
 }

@@ -147,3 +147,22 @@ fn narrow_words_cost_what_they_should() {
     );
     assert!(eight.iter().all(|c| *c > 100.0), "W8/A8: {eight:?} %");
 }
+
+/// The worked conversion of docs/interface.md is the first row of the file.
+#[test]
+fn the_documented_conversion_is_what_the_core_says() {
+    let float = weights::read(&support::landing("weights.json")).expect("a weights file");
+    let design = Design::new(&float, &Options::default()).expect("a design");
+    let row = &rows()[0];
+    let codes = design.input().codes(&row.pixels);
+    let answer = design.net().evaluate(&codes);
+    let metres = design.net().real_outputs(&answer.codes)[0];
+    let input = design.input().formats[0];
+    let output = design.perceptron().networks[0].last().quant.output;
+    let line = format!(
+        "/* u0 = {:.4} px in {input} is {}.  position.x = {} in {output} is {metres:.6} m. */",
+        row.pixels[0], codes[0], answer.codes[0]
+    );
+    let page = String::from_utf8(support::landing("../../docs/interface.md")).expect("text");
+    assert!(page.contains(&line), "docs/interface.md: expected {line}");
+}

@@ -243,3 +243,58 @@ fn a_full_disk_is_one() {
         .expect("runs");
     assert_eq!(output.status.code(), Some(2));
 }
+
+#[test]
+fn inputs_of_few_codes_and_without_effect_are_noted() {
+    let place = Place::new();
+    let weights = r#"{"format": "hwgen-weights/1", "name": "few",
+      "inputs": {"min": [0, 0], "max": [1000, 1], "resolution": 0.25},
+      "networks": [{"name": "net", "layers": [
+        {"activation": "linear", "weights": [[1, 1e-9]]}]}]}"#;
+    place.write("few.json", weights);
+    let (ran, json) = place.json(&["emit", "--weights", "few.json"]);
+    ran.exits(0);
+    let notes = json["notes"].as_array().expect("notes");
+    let notes: Vec<&str> = notes.iter().filter_map(|n| n.as_str()).collect();
+    assert!(
+        notes[0].starts_with("input in1: its box has 5 codes only, in steps of 0.25"),
+        "{notes:?}"
+    );
+    assert!(
+        notes[1].starts_with("net_l0: all weights of input 1 round to zero"),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn a_manifest_that_says_something_else_is_bad_input() {
+    let place = Place::with_bundle();
+    let manifest = place.read("build/tiny/manifest.json");
+    let wrong = manifest.replacen("\"latency_cycles\": ", "\"latency_cycles\": 1", 1);
+    place.write("build/tiny/manifest.json", &wrong);
+    let ran = place.run(&["verify", "build/tiny"]);
+    ran.exits(2);
+    assert!(
+        ran.stderr
+            .starts_with("error: build/tiny/manifest.json: latency_cycles: "),
+        "{}",
+        ran.stderr
+    );
+}
+
+/// The weights file that the README shows is the one that is shipped, and its CSV fits.
+#[test]
+fn the_example_of_the_readme_is_shipped() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| std::fs::read_to_string(root.join(file)).expect(file);
+    let weights = read("designs/tiny/weights.json");
+    assert!(read("README.md").contains(&weights));
+    let place = Place::new();
+    place.write("example.json", &weights);
+    place.write("inputs.csv", &read("designs/tiny/inputs.csv"));
+    let emit = ["emit", "--weights", "example.json", "--out", "example"];
+    place.run(&emit).exits(0);
+    let ran = place.run(&["run", "example", "--inputs", "inputs.csv"]);
+    ran.exits(0);
+    assert_eq!(ran.stdout.lines().count(), 6);
+}

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 /// A legal network and options, drawn from a seed: sizes, widths, foldings, activations, layers,
 /// networks, formats; in one of three some layers have formats of the trainer's.
 pub fn random_design(seed: u64) -> (FloatNet, Options) {
-    let (mut net, options) = float_design(seed);
+    let (mut net, mut options) = float_design(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(!seed);
     if rng.random_ratio(1, 3) {
         let layers = net.networks.iter_mut().flat_map(|n| &mut n.layers);
@@ -22,7 +22,29 @@ pub fn random_design(seed: u64) -> (FloatNet, Options) {
             }
         }
     }
+    drop_idle(&net, &mut options);
     (net, options)
+}
+
+/// Leaves options out that no layer of the network would follow.
+fn drop_idle(net: &FloatNet, options: &mut Options) {
+    let layers = || {
+        net.shared
+            .iter()
+            .chain(net.networks.iter().flat_map(|n| &n.layers))
+    };
+    if !layers().any(|l| l.activation.is_bounded()) {
+        options.segments = None;
+    }
+    let has_free_words = |network: &Network| {
+        let last = network.layers.last().expect("a layer");
+        let mapped = network.outputs.scale.iter().any(|s| *s != 1.0);
+        let plain = last.activation == Activation::Linear && last.format == LayerFormat::default();
+        (mapped && !plain) || (!last.activation.is_bounded() && last.format.activations.is_none())
+    };
+    if !net.networks.iter().any(has_free_words) {
+        options.output_bits = None;
+    }
 }
 
 /// Gives a layer formats, and rounds its numbers to them as a trainer would have done.
@@ -52,7 +74,7 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
         .collect();
     let high: Vec<f64> = low
         .iter()
-        .map(|l| l + rng.random_range(0.0..200.0))
+        .map(|l| l + f64::max(4.0, rng.random_range(0.0..200.0)))
         .collect();
     let plain = rng.random_bool(0.3);
     let layer = |rng: &mut ChaCha8Rng, inputs: usize, outputs: usize| {

@@ -29,7 +29,9 @@ pub struct Dataset {
     /// # Shape
     /// `[3][samples]` each
     pub targets: [DMatrix<f64>; 2],
-    /// Mean of one over the length of what is sought: the weight of an error in a relative one.
+    /// How much a squared error counts, so that the sum comes near to that of relative errors:
+    /// one over the length of what is sought, and over the error to be expected there, which grows
+    /// with the distance for the position and does not depend on the Rodrigues vector.
     ///
     /// # Shape
     /// `[samples]` each
@@ -108,14 +110,17 @@ impl Row {
         let (targets, relative) = match posterior {
             Some(found) if found.effective_samples >= LEAST_SAMPLES => (
                 [found.relative_position_m, found.relative_rodrigues_rad],
-                [found.position_weight, found.rodrigues_weight],
+                [found.position_weight.powi(2), found.rodrigues_weight],
             ),
             // The truth is a draw from the posterior: right on average, if less exact.
             _ => {
                 let (p, r) = (sample.pose.position_m, sample.pose.rodrigues_rad());
                 (
                     [p, r],
-                    [1.0 / p.norm(), 1.0 / r.norm().max(LEAST_RODRIGUES_RAD)],
+                    [
+                        1.0 / p.norm_squared(),
+                        1.0 / r.norm().max(LEAST_RODRIGUES_RAD),
+                    ],
                 )
             }
         };

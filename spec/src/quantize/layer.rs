@@ -3,8 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError, check_width};
-use crate::activation::{FRACTION_RANGE, OddTable};
+use super::cut::{Reader, relevant_magnitude};
+use super::settings::{MAX_SEGMENTS, check_width};
+use super::shift::{Inputs, extra_shifts, finer};
+use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError};
+use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
 use crate::format::{QFormat, Rounding, half, signed_width};
 use crate::network::{Activation, FloatLayer, FloatNet};
 use crate::options::{
@@ -12,12 +15,8 @@ use crate::options::{
     OPERAND_BITS, Options, width_of,
 };
 
-/// A word beyond this argument adds nothing to a tanh of unit slope.
-const SATURATING_ARGUMENT: f64 = 8.0;
-/// Scales per neuron are used where they take a neuron's rounding error down by this factor.
-const EXTRA_SHIFT_GAIN: f64 = 4.0;
-/// Greatest extra shift of a neuron.
-const MAX_EXTRA_SHIFT: u32 = 15;
+/// The greatest magnitude of an unbounded word over its typical one.
+const CREST: f64 = 8.0;
 
 /// What flows between layers while formats are chosen.
 #[derive(Clone)]
@@ -69,7 +68,7 @@ impl Quantizer<'_> {
         (name, layer): &FoldedLayer,
         (network, index): (&str, usize),
         input: &Signal,
-        consumers: &[&FloatLayer],
+        readers: &[Reader],
     ) -> Result<(QuantLayer, Signal), QuantizeError> {
         let weight_format = self.weight_format(name, layer)?;
         let bias_real = |weights: &[Vec<f64>]| centred_bias(layer, weights, input);
@@ -81,11 +80,15 @@ impl Quantizer<'_> {
 
         // First with the float weights, to see the range that the output format has to hold.
         let range = real_range(&rows, &bias_real(&rows), input);
-        let provisional = self.behind(name, layer, range, consumers)?;
+        let provisional = self.behind(name, layer, range, readers)?;
         let extra_shift = if layer.format.weights.is_some() {
             vec![0; rows.len()]
         } else {
-            extra_shifts(&rows, weight_format, provisional.pre, input)
+            let inputs = Inputs {
+                step: input.format.step(),
+                spread: &input.spread,
+            };
+            extra_shifts(&rows, weight_format, provisional.pre, &inputs)
         };
 
         let weights: Vec<Vec<i64>> = rows
@@ -98,6 +101,7 @@ impl Quantizer<'_> {
                     .collect()
             })
             .collect();
+        let unread = unread(&rows, &weights);
         let quantized: Vec<Vec<f64>> = weights
             .iter()
             .zip(&extra_shift)
@@ -109,7 +113,7 @@ impl Quantizer<'_> {
             .collect();
         let bias_values = bias_real(&quantized);
         let proved_range = real_range(&quantized, &bias_values, input);
-        let Behind { pre, output, table } = self.behind(name, layer, proved_range, consumers)?;
+        let Behind { pre, output, table } = self.behind(name, layer, proved_range, readers)?;
 
         let product_fraction = input.format.fraction() + weight_format.fraction();
         let bias_fraction = layer
@@ -119,18 +123,18 @@ impl Quantizer<'_> {
         let biased_fraction = product_fraction.max(bias_fraction).max(pre.fraction());
         let product_shift = places(biased_fraction - product_fraction);
         let base_shift = places(biased_fraction - pre.fraction());
+        // So far from the argument's binary point that not a bit of a product is in the sum.
+        if (product_fraction - pre.fraction()).abs() > MAX_SUM_WIDTH.cast_signed() {
+            return Err(magnitude(name, "weights", layer.weights.amax()));
+        }
 
         let (mut sum_bound, mut bias_bound) = (0i64, 0i64);
         let mut bias = Vec::new();
         for (i, row) in weights.iter().enumerate() {
             let extra = extra_shift[i];
             // 62 bits are wide enough to quantize any bias before its width is judged.
-            let format = QFormat::new(62, biased_fraction + extra.cast_signed()).map_err(|_| {
-                QuantizeError::SumWidth {
-                    layer: name.clone(),
-                    found: 62,
-                }
-            })?;
+            let format = QFormat::new(62, biased_fraction + extra.cast_signed())
+                .map_err(|_| magnitude(name, "weights", layer.weights.amax()))?;
             let exact = format.quantize(bias_values[i], Rounding::HalfUp).code;
             bias.push(exact.saturating_add(half(base_shift + extra)));
             let magnitude: i64 = row.iter().map(|w| w.abs()).sum();
@@ -163,6 +167,7 @@ impl Quantizer<'_> {
             weights,
             bias,
             extra_shift,
+            unread,
             product_shift,
             base_shift,
             pre,
@@ -181,12 +186,11 @@ impl Quantizer<'_> {
             return Ok(format);
         }
         let bits = width_of(&self.options.weight_bits, name).unwrap_or(DEFAULT_WEIGHT_BITS);
-        QFormat::holding(bits, layer.weights.min(), layer.weights.max()).map_err(|_| {
-            QuantizeError::SumWidth {
-                layer: name.to_owned(),
-                found: MAX_SUM_WIDTH + 1,
-            }
-        })
+        let (least, most) = (layer.weights.min(), layer.weights.max());
+        Some((least, most))
+            .filter(|(least, most)| least.is_finite() && most.is_finite())
+            .and_then(|(least, most)| QFormat::holding(bits, least, most).ok())
+            .ok_or_else(|| magnitude(name, "weights", layer.weights.amax()))
     }
 
     /// The formats of the activation's argument and of the output words.
@@ -195,35 +199,29 @@ impl Quantizer<'_> {
         name: &str,
         layer: &FloatLayer,
         (low, high): (f64, f64),
-        consumers: &[&FloatLayer],
+        readers: &[Reader],
     ) -> Result<Behind, QuantizeError> {
         let asked = width_of(&self.options.activation_bits, name);
         let given = layer.format.activations;
-        let too_wide = |_| QuantizeError::SumWidth {
-            layer: name.to_owned(),
-            found: 64,
-        };
+        let beyond = |_| magnitude(name, "sums", low.abs().max(high.abs()));
+        if !(low.is_finite() && high.is_finite()) {
+            return Err(magnitude(name, "sums", f64::INFINITY));
+        }
         match layer.activation {
             Activation::Tanh | Activation::Sigmoid => {
-                // The outer half of a sigmoid is a fraction bit that its table need not have.
-                let halving = i32::from(layer.activation == Activation::Sigmoid);
+                let fraction = self.table_fraction(name, layer)?;
+                let halving = halving(layer);
                 let bits = asked.unwrap_or(DEFAULT_BOUNDED_BITS);
-                let fraction = given.map_or(bits.cast_signed() - 1, QFormat::fraction) - halving;
-                let fraction = u32::try_from(fraction)
-                    .ok()
-                    .filter(|f| FRACTION_RANGE.contains(f))
-                    .ok_or_else(|| bounded_width(name, layer, bits))?;
                 let output = match given {
                     Some(format) if format.integer() < 0 => {
                         return Err(bounded_width(name, layer, bits));
                     }
                     Some(format) => format,
-                    None => QFormat::new(bits, bits.cast_signed() - 1).map_err(too_wide)?,
+                    None => QFormat::new(bits, bits.cast_signed() - 1).map_err(beyond)?,
                 };
                 let table = self.table(fraction)?;
                 let pre_fraction = fraction.cast_signed() - halving;
-                let pre =
-                    QFormat::new(table.magnitude_bits() + 1, pre_fraction).map_err(too_wide)?;
+                let pre = QFormat::new(table.magnitude_bits() + 1, pre_fraction).map_err(beyond)?;
                 Ok(Behind {
                     pre,
                     output,
@@ -237,22 +235,22 @@ impl Quantizer<'_> {
                     low
                 };
                 let high = high.max(low);
-                let default = if consumers.is_empty() {
+                let default = if readers.is_empty() {
                     self.options.output_bits.unwrap_or(DEFAULT_OUTPUT_BITS)
                 } else {
                     asked.unwrap_or(DEFAULT_UNBOUNDED_BITS)
                 };
-                let (low, high) = match relevant_magnitude(consumers) {
+                let (low, high) = match self.relevant_magnitude(readers)? {
                     // The greatest code is one step short of the power of two.
                     Some(limit) => {
-                        let step = libm::ldexp(limit, 1 - default.cast_signed());
-                        (low.max(-limit), high.min(limit - step))
+                        let most = limit - libm::ldexp(limit, 1 - default.cast_signed());
+                        (low.clamp(-limit, most), high.clamp(-limit, most))
                     }
                     None => (low, high),
                 };
-                let derived = QFormat::holding(default, low, high).map_err(too_wide)?;
+                let derived = QFormat::holding(default, low, high).map_err(beyond)?;
                 let output = given.unwrap_or(derived);
-                if !consumers.is_empty() {
+                if !readers.is_empty() {
                     check_width(
                         format!("{name}.activations"),
                         output.width().into(),
@@ -268,6 +266,31 @@ impl Quantizer<'_> {
         }
     }
 
+    /// The magnitude that readers need of a word, if a table clips what all of them make of it.
+    fn relevant_magnitude(&self, readers: &[Reader]) -> Result<Option<f64>, QuantizeError> {
+        if !readers.iter().all(|r| r.layer.activation.is_bounded()) {
+            return Ok(None);
+        }
+        let clip = |r: &Reader| {
+            let range = range_log2(self.table_fraction(r.name, r.layer)?).cast_signed();
+            Ok(libm::ldexp(1.0, range + halving(r.layer)))
+        };
+        let clips = readers.iter().map(clip).collect::<Result<Vec<_>, _>>()?;
+        Ok(relevant_magnitude(readers, &clips))
+    }
+
+    /// Fraction bits of the table of a tanh or sigmoid layer.
+    fn table_fraction(&self, name: &str, layer: &FloatLayer) -> Result<u32, QuantizeError> {
+        let asked = width_of(&self.options.activation_bits, name);
+        let bits = asked.unwrap_or(DEFAULT_BOUNDED_BITS);
+        let given = layer.format.activations;
+        let fraction = given.map_or(bits.cast_signed() - 1, QFormat::fraction) - halving(layer);
+        u32::try_from(fraction)
+            .ok()
+            .filter(|f| FRACTION_RANGE.contains(f))
+            .ok_or_else(|| bounded_width(name, layer, bits))
+    }
+
     fn table(&mut self, fraction: u32) -> Result<Arc<OddTable>, QuantizeError> {
         if let Some(table) = self.tables.get(&fraction) {
             return Ok(Arc::clone(table));
@@ -275,11 +298,11 @@ impl Quantizer<'_> {
         let table = match self.options.segments {
             None => OddTable::tanh(fraction),
             Some(found) => {
-                let finest =
-                    (OddTable::with_segments_log2(fraction, 2).magnitude_bits() - 1).min(12);
+                let finest = (OddTable::with_segments_log2(fraction, 2).magnitude_bits() - 1)
+                    .min(MAX_SEGMENTS.ilog2());
                 if !found.is_power_of_two() || !(2..=finest).contains(&found.ilog2()) {
                     return Err(QuantizeError::Segments {
-                        high: 1 << finest,
+                        high: (1 << finest).min(MAX_SEGMENTS),
                         found,
                     });
                 }
@@ -289,6 +312,18 @@ impl Quantizer<'_> {
         let table = Arc::new(table);
         self.tables.insert(fraction, Arc::clone(&table));
         Ok(table)
+    }
+}
+
+/// The outer half of a sigmoid is a fraction bit that its table need not have.
+fn halving(layer: &FloatLayer) -> i32 {
+    i32::from(layer.activation == Activation::Sigmoid)
+}
+
+fn magnitude(layer: &str, what: &str, found: f64) -> QuantizeError {
+    QuantizeError::Magnitude {
+        what: format!("{layer}: {what}"),
+        found,
     }
 }
 
@@ -351,56 +386,11 @@ fn real_range(weights: &[Vec<f64>], bias: &[f64], input: &Signal) -> (f64, f64) 
     )
 }
 
-/// The magnitude beyond which a hidden word drives a typical neuron behind it into saturation.
-///
-/// Interval analysis over a box of independent inputs is far too wide for a layer that decorrelates
-/// its inputs (whitening): the landing networks' words are proved within 1120 and stay within 14.
-/// Where only tanh and sigmoid read a word, bits above this magnitude would carry nothing.
-fn relevant_magnitude(consumers: &[&FloatLayer]) -> Option<f64> {
-    if consumers.is_empty() || !consumers.iter().all(|c| c.activation.is_bounded()) {
-        return None;
-    }
-    #[expect(clippy::cast_precision_loss, reason = "a count of weights")]
-    let rms = |c: &&FloatLayer| c.weights.norm() / (c.weights.len() as f64).sqrt();
-    let least = consumers.iter().map(rms).fold(f64::INFINITY, f64::min);
-    (least > 0.0).then(|| libm::exp2(libm::log2(SATURATING_ARGUMENT / least).ceil()))
-}
-
-/// Extra fraction bits per neuron, all zero where they don't pay.
-///
-/// A neuron's weights are too coarse if their rounding disturbs its sum by more than half an
-/// output step and by more than half of what the rounding of its inputs does anyway.
-fn extra_shifts(rows: &[Vec<f64>], common: QFormat, pre: QFormat, input: &Signal) -> Vec<u32> {
-    let spread = input.spread.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let uniform = 1.0 / 12f64.sqrt();
-    let error = |extra: u32| finer(common, extra).step() * uniform * spread;
-    let wanted: Vec<(u32, bool)> = rows
-        .iter()
-        .map(|row| {
-            let norm = row.iter().map(|w| w * w).sum::<f64>().sqrt();
-            let tolerated = (pre.step() / 2.0).max(norm * input.format.step() * uniform / 2.0);
-            let fits = |extra: &u32| {
-                let format = finer(common, *extra);
-                row.iter()
-                    .all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
-            };
-            let extra = (0..=MAX_EXTRA_SHIFT)
-                .take_while(fits)
-                .find(|extra| error(*extra) <= tolerated)
-                .unwrap_or_else(|| (0..=MAX_EXTRA_SHIFT).take_while(fits).last().unwrap_or(0));
-            let pays = extra > 0 && norm > 0.0 && error(0) > EXTRA_SHIFT_GAIN * tolerated;
-            (extra, pays)
-        })
-        .collect();
-    let pays = wanted.iter().any(|(_, pays)| *pays);
-    wanted
-        .iter()
-        .map(|(extra, _)| if pays { *extra } else { 0 })
-        .collect()
-}
-
-fn finer(format: QFormat, extra: u32) -> QFormat {
-    QFormat::new(format.width(), format.fraction() + extra.cast_signed()).unwrap_or(format)
+/// Inputs whose weights were all rounded to zero though they are not all zero.
+fn unread(rows: &[Vec<f64>], codes: &[Vec<i64>]) -> Vec<usize> {
+    let read = |i: &usize| rows.iter().any(|row| row[*i] != 0.0);
+    let kept = |i: &usize| codes.iter().any(|row| row[*i] != 0);
+    (0..rows[0].len()).filter(|i| read(i) && !kept(i)).collect()
 }
 
 fn places(difference: i32) -> u32 {
@@ -425,7 +415,7 @@ fn signal_behind(layer: &QuantLayer, input: &Signal) -> Signal {
         let divisor = if layer.activation.is_bounded() {
             2.0
         } else {
-            SATURATING_ARGUMENT
+            CREST
         };
         layer.output.to_f64(magnitude) / divisor
     };

@@ -1,4 +1,4 @@
-//! Names that become hardware: modules, files, ports and columns.
+//! Names: of modules and files, and of columns and words of a stream.
 
 use super::check_length;
 use crate::json::{Fault, Node};
@@ -72,7 +72,7 @@ pub(super) fn ports(
     let mut first = std::collections::HashMap::with_capacity(count);
     let mut names = Vec::with_capacity(count);
     for node in nodes {
-        let name = identifier(node)?;
+        let name = shaped(node, "a column's name")?;
         if let Some(first) = first.insert(name.clone(), node) {
             return Err(duplicate(node, first).help("rename one of the two"));
         }
@@ -88,7 +88,21 @@ fn text(node: Node<'_>) -> Result<String, Fault> {
     })
 }
 
+/// A name that becomes a module's: well shaped and no keyword.
 fn identifier(node: Node<'_>) -> Result<String, Fault> {
+    let name = shaped(node, "a Verilog identifier")?;
+    if let Some(language) = keywords::reserving_language(&name) {
+        let fault = node.fault(
+            "keyword",
+            format!("a name expected, the {language} keyword \"{name}\" found"),
+        );
+        return Err(fault.help(format!("choose another name, such as \"{name}_0\"")));
+    }
+    Ok(name)
+}
+
+/// A name of the characters and length that identifiers have.
+fn shaped(node: Node<'_>, becomes: &str) -> Result<String, Fault> {
     let name = text(node)?;
     let start = |c: char| c.is_ascii_alphabetic() || c == '_';
     let shaped = name.starts_with(start)
@@ -105,18 +119,9 @@ fn identifier(node: Node<'_>) -> Result<String, Fault> {
             format!("a name [A-Za-z_][A-Za-z0-9_]{{0,62}} expected, {found} found"),
         );
         return Err(match mended(&name) {
-            Some(mended) => {
-                fault.help(format!("it becomes a Verilog identifier; try \"{mended}\""))
-            }
-            None => fault.help("it becomes a Verilog identifier of at most 63 characters"),
+            Some(mended) => fault.help(format!("it becomes {becomes}; try \"{mended}\"")),
+            None => fault.help(format!("it becomes {becomes} of at most 63 characters")),
         });
-    }
-    if let Some(language) = keywords::reserving_language(&name) {
-        let fault = node.fault(
-            "keyword",
-            format!("a name expected, the {language} keyword \"{name}\" found"),
-        );
-        return Err(fault.help(format!("choose another name, such as \"{name}_0\"")));
     }
     Ok(name)
 }

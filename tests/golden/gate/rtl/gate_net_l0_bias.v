@@ -13,6 +13,7 @@ module gate_net_l0_bias (
   input  wire [2:0]  address_i,
   output wire [27:0] data_o
 );
+  // 7 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [27:0] data_q = 28'h0;
 

@@ -13,6 +13,7 @@ module gate_net_l1_bias (
   input  wire [0:0]  address_i,
   output wire [25:0] data_o
 );
+  // 2 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [25:0] data_q = 26'h0;
 

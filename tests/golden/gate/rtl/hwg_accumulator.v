@@ -4,9 +4,9 @@
 // Function:  sum_o = (first_i ? 0 : sum_o) + word_i, where enable_i is high.
 // Format:    signed words of WIDTH bits to a signed sum of SUM_WIDTH bits.
 // Latency:   1 clock.
-// Overflow:  the generator proves that SUM_WIDTH bits hold every partial sum (docs/numerics.md).
+// Overflow:  the generator proves that SUM_WIDTH bits hold every partial sum (hwgen: docs/numerics.md).
 // Reset:     none: first_i clears.
-// Model:     sim/src/model/array.rs, Array
+// Model:     hwgen: sim/src/model/array.rs, Array
 `default_nettype none
 
 module hwg_accumulator #(

@@ -4,7 +4,7 @@
 // Function:  address_o is the number of the beat that is, or will next be, offered.
 // Latency:   none: the beat and its address belong to the same clock.
 // Reset:     the next beat is the first of a frame.
-// Model:     sim/src/model/feed.rs, Beats
+// Model:     hwgen: sim/src/model/feed.rs, Beats
 `default_nettype none
 
 module hwg_beats #(

@@ -5,7 +5,7 @@
 // Latency:   the first sums follow load_i by 1 clock; WORDS / LANES clocks a group.
 // Overflow:  the stage's schedule keeps load_i away while sums are left.
 // Reset:     stops.
-// Model:     sim/src/model/array.rs, Drain
+// Model:     hwgen: sim/src/model/array.rs, Drain
 `default_nettype none
 
 module hwg_drain #(

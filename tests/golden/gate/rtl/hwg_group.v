@@ -4,7 +4,7 @@
 // Function:  done_o follows the last word of a group; flag_o is the OR of the group's flags.
 // Latency:   1 clock, that of the accumulators.
 // Reset:     no group is done.
-// Model:     sim/src/model/array.rs, Group
+// Model:     hwgen: sim/src/model/array.rs, Group
 `default_nettype none
 
 module hwg_group (

@@ -5,7 +5,7 @@
 // Latency:   2 clocks, one product a clock: operands and product are registered, as in a DSP block.
 // Overflow:  impossible: the product has A_WIDTH + B_WIDTH bits.
 // Reset:     none.
-// Model:     sim/src/model/array.rs, Array
+// Model:     hwgen: sim/src/model/array.rs, Array
 `default_nettype none
 
 module hwg_mul #(

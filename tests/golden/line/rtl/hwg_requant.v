@@ -10,7 +10,7 @@
 // Overflow:  BIASED_WIDTH bits hold every biased sum by proof. A word that is clipped raises flag_o;
 //            clipping to 0 by a ReLU and clipping the argument of an odd function are no overflow.
 // Reset:     nothing under way stays valid; the next beat is the first of a frame.
-// Model:     sim/src/model/finish.rs, Requant
+// Model:     hwgen: sim/src/model/finish.rs, Requant
 `default_nettype none
 
 module hwg_requant #(

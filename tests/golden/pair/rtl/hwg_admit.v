@@ -6,7 +6,7 @@
 // Latency:   start_o in the clock in which the frame is offered, if it may start.
 // Overflow:  impossible: the stage's FIFOs hold CREDITS frames.
 // Reset:     all credits are there, the next frame may start at once.
-// Model:     sim/src/model/stream.rs, Admit
+// Model:     hwgen: sim/src/model/stream.rs, Admit
 `default_nettype none
 
 module hwg_admit #(

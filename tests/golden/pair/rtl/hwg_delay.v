@@ -4,7 +4,7 @@
 // Function:  data_o is data_i of DEPTH clocks ago.
 // Latency:   DEPTH clocks.
 // Reset:     all bits under way become zero: no valid bit survives a reset.
-// Model:     sim/src/model/layer.rs, Delay
+// Model:     hwgen: sim/src/model/layer.rs, Delay
 `default_nettype none
 
 module hwg_delay #(

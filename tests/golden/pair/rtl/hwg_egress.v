@@ -5,7 +5,7 @@
 //            zero. TLAST marks the last beat, TUSER = {error, saturated} holds for the whole frame.
 // Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks.
 // Reset:     drops the frame that is being sent.
-// Model:     sim/src/model/stream.rs, Egress
+// Model:     hwgen: sim/src/model/stream.rs, Egress
 `default_nettype none
 
 module hwg_egress #(

@@ -8,7 +8,7 @@
 // Latency:   the frame is offered 1 clock after its last beat was taken; a frame every BEATS clocks.
 // Overflow:  clipped_o tells that a word was outside of its bounds.
 // Reset:     drops the frame that is being gathered.
-// Model:     sim/src/model/stream.rs, Ingress
+// Model:     hwgen: sim/src/model/stream.rs, Ingress
 `default_nettype none
 
 module hwg_ingress #(

@@ -7,7 +7,7 @@
 //            NEURON_FOLDS * SYNAPSE_FOLDS clocks, without a gap.
 // Overflow:  the stage's schedule keeps start_i away while a vector is in use.
 // Reset:     stops.
-// Model:     sim/src/model/feed.rs, Replay
+// Model:     hwgen: sim/src/model/feed.rs, Replay
 `default_nettype none
 
 module hwg_replay #(

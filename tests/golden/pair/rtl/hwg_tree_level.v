@@ -4,9 +4,9 @@
 // Function:  sums neighbours in pairs; an odd last word passes through.
 // Format:    signed words of WIDTH bits to signed words of SUM_WIDTH bits.
 // Latency:   1 clock.
-// Overflow:  the generator proves that SUM_WIDTH bits hold every sum (docs/numerics.md).
+// Overflow:  the generator proves that SUM_WIDTH bits hold every sum (hwgen: docs/numerics.md).
 // Reset:     none.
-// Model:     sim/src/model/array.rs, Array
+// Model:     hwgen: sim/src/model/array.rs, Array
 `default_nettype none
 
 module hwg_tree_level #(

@@ -13,6 +13,7 @@ module pair_size_l0_bias (
   input  wire [1:0]  address_i,
   output wire [28:0] data_o
 );
+  // 3 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [28:0] data_q = 29'h0;
 

@@ -13,6 +13,7 @@ module pair_size_l1_bias (
   input  wire [0:0]  address_i,
   output wire [26:0] data_o
 );
+  // 1 word: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [26:0] data_q = 27'h0;
 

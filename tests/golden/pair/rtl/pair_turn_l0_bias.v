@@ -13,6 +13,7 @@ module pair_turn_l0_bias (
   input  wire [2:0]  address_i,
   output wire [30:0] data_o
 );
+  // 6 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [30:0] data_q = 31'h0;
 

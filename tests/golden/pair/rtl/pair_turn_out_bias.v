@@ -13,6 +13,7 @@ module pair_turn_out_bias (
   input  wire [1:0]  address_i,
   output wire [23:0] data_o
 );
+  // 3 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
   reg [23:0] data_q = 24'h0;
 

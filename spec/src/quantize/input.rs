@@ -1,0 +1,164 @@
+//! The input words: a binary point for each input, and one for the arithmetic behind them.
+
+use super::QuantizeError;
+use crate::format::{QFormat, Rounding};
+use crate::network::{FloatNet, Inputs};
+use crate::options::{DEFAULT_INPUT_BITS, OPERAND_BITS};
+
+/// The input words of a design.
+///
+/// # Format
+/// All words have one width. Word `i` stands for raw values in [`formats`](Self::formats)`[i]`;
+/// the first layer reads every word as [`format`](Self::format), and the powers of two between
+/// the two stand in the columns of its weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputFormat {
+    /// Format of each input word, raw units.
+    pub formats: Vec<QFormat>,
+    /// What the first layer takes all words for: the coarsest of the formats.
+    pub format: QFormat,
+    /// Least code of each input: the lower edge of the box.
+    pub low: Vec<i64>,
+    /// Greatest code of each input: the upper edge of the box.
+    pub high: Vec<i64>,
+}
+
+impl InputFormat {
+    /// Every input has the finest format of the default width that holds its box.
+    ///
+    /// There is one format for all where the file gives a resolution, which is one raw step for
+    /// all, and where the words meet weights that the trainer fixed.
+    pub(super) fn of(net: &FloatNet) -> Result<Self, QuantizeError> {
+        let inputs = &net.inputs;
+        let formats = if inputs.resolution.is_some() || meets_fixed_weights(net) {
+            vec![common(inputs)?; inputs.names.len()]
+        } else {
+            each(inputs)?
+        };
+        let format = *formats
+            .iter()
+            .min_by_key(|f| f.fraction())
+            .expect("a network has an input");
+        let codes = |edge: &[f64]| -> Vec<i64> {
+            let words = edge.iter().zip(&formats);
+            words
+                .map(|(v, format)| format.quantize(*v, Rounding::HalfUp).code)
+                .collect()
+        };
+        let (low, high) = (codes(&inputs.min), codes(&inputs.max));
+        for (i, name) in inputs.names.iter().enumerate() {
+            if low[i] == high[i] && inputs.min[i] < inputs.max[i] {
+                return Err(QuantizeError::OneCode {
+                    input: name.clone(),
+                    low: inputs.min[i],
+                    high: inputs.max[i],
+                    step: formats[i].step(),
+                });
+            }
+        }
+        Ok(Self {
+            formats,
+            format,
+            low,
+            high,
+        })
+    }
+
+    /// The same network for inputs whose words are all read in the common format.
+    ///
+    /// A factor that is a power of two is exact, so this changes no weight's digits.
+    pub(super) fn in_one_format(&self, net: &FloatNet) -> Result<FloatNet, QuantizeError> {
+        let mut net = net.clone();
+        let inputs = &mut net.inputs;
+        for (i, format) in self.formats.iter().enumerate() {
+            let up = format.fraction() - self.format.fraction();
+            inputs.scale[i] = libm::ldexp(inputs.scale[i], -up);
+            for raw in [&mut inputs.min, &mut inputs.max, &mut inputs.offset] {
+                let found = raw[i];
+                raw[i] = libm::ldexp(found, up);
+                if !raw[i].is_finite() {
+                    return Err(magnitude(&inputs.names[i], found));
+                }
+            }
+        }
+        Ok(net)
+    }
+}
+
+/// Whether words are multiplied with weights whose codes the trainer fixed: no power of two can go
+/// into those. An input scale has a layer of its own then, which takes the powers in.
+fn meets_fixed_weights(net: &FloatNet) -> bool {
+    let scaled = net.inputs.scale.iter().any(|s| *s != 1.0);
+    !scaled
+        && match net.shared.first() {
+            Some(first) => first.format.weights.is_some(),
+            None => {
+                let mut networks = net.networks.iter();
+                networks.any(|n| n.layers[0].format.weights.is_some())
+            }
+        }
+}
+
+/// One format for all inputs: that of the resolution, or the finest that holds every box.
+fn common(inputs: &Inputs) -> Result<QFormat, QuantizeError> {
+    let low = inputs.min.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = inputs.max.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let Some(resolution) = inputs.resolution else {
+        return QFormat::holding(DEFAULT_INPUT_BITS, low, high)
+            .map_err(|_| magnitude("the inputs", low.abs().max(high.abs())));
+    };
+    // The coarsest power of two that is no coarser than the resolution.
+    let fraction = -libm::ilogb(resolution);
+    let least = *OPERAND_BITS.start();
+    QFormat::new(least, fraction).map_err(|_| magnitude_of("inputs: a resolution", resolution))?;
+    let too_wide = |found: u32| QuantizeError::Width {
+        what: "inputs: words for the box at this resolution".into(),
+        low: least,
+        high: *OPERAND_BITS.end(),
+        found: found.into(),
+    };
+    let format = QFormat::with_fraction(fraction, low, high).map_err(|_| {
+        // Beyond what a word may have at all, the box says how much is missing.
+        let bits = libm::ilogb(low.abs().max(high.abs())) + fraction + 2;
+        too_wide(bits.unsigned_abs())
+    })?;
+    if format.width() > *OPERAND_BITS.end() {
+        return Err(too_wide(format.width()));
+    }
+    if format.width() < least {
+        return QFormat::new(least, fraction)
+            .map_err(|_| magnitude_of("inputs: a resolution", resolution));
+    }
+    Ok(format)
+}
+
+/// The finest format of the default width for each input alone.
+fn each(inputs: &Inputs) -> Result<Vec<QFormat>, QuantizeError> {
+    let mut formats = Vec::new();
+    for (name, (low, high)) in inputs.names.iter().zip(inputs.min.iter().zip(&inputs.max)) {
+        // An input that is always zero has no magnitude of its own.
+        formats.push(if *low == 0.0 && *high == 0.0 {
+            None
+        } else {
+            let format = QFormat::holding(DEFAULT_INPUT_BITS, *low, *high);
+            Some(format.map_err(|_| magnitude(name, low.abs().max(high.abs())))?)
+        });
+    }
+    let coarsest = formats.iter().flatten().min_by_key(|f| f.fraction());
+    let zero = match coarsest {
+        Some(format) => *format,
+        None => QFormat::holding(DEFAULT_INPUT_BITS, 0.0, 0.0).expect("zero fits"),
+    };
+    Ok(formats.into_iter().map(|f| f.unwrap_or(zero)).collect())
+}
+
+fn magnitude(input: &str, found: f64) -> QuantizeError {
+    magnitude_of(&format!("inputs: values of `{input}`"), found)
+}
+
+fn magnitude_of(what: &str, found: f64) -> QuantizeError {
+    QuantizeError::Magnitude {
+        what: what.to_owned(),
+        found: found.abs(),
+    }
+}
