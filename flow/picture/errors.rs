@@ -6,6 +6,9 @@ use super::axis::{Axis, decades};
 use super::svg::{Anchor, Font, Marker, Pen, Point, Svg};
 use super::{BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RULE, SKY, VERMILLION};
 
+/// What of a row is drawn.
+type Quantity = fn(&Row) -> Option<f64>;
+
 /// How an estimator is drawn.
 struct Style {
     estimator: &'static str,
@@ -85,7 +88,7 @@ pub fn picture(rows: &[Row], scene: &str) -> String {
         title,
         &format!("{scene}: mean error of pose estimates"),
     );
-    let quantities: [(&str, fn(&Row) -> Option<f64>); 2] = [
+    let quantities: [(&str, Quantity); 2] = [
         ("position, |Δp| / |p|, %", |row| row.position_pct),
         ("orientation, |Δr| / |r|, %", |row| row.orientation_pct),
     ];
@@ -112,7 +115,7 @@ fn too_small(row: &Row) -> bool {
 }
 
 /// Name, noise and error, where there is one worth drawing.
-fn points(rows: &[Row], value: fn(&Row) -> Option<f64>) -> Vec<(&str, f64, f64)> {
+fn points(rows: &[Row], value: Quantity) -> Vec<(&str, f64, f64)> {
     let mut points: Vec<(&str, f64, f64)> = rows
         .iter()
         .filter_map(|row| Some((row.estimator.as_str(), row.noise_px, value(row)?)))
