@@ -26,7 +26,7 @@ const EXAMPLES: &str = "\
 All estimators answer the same poses, and at every level the same noise but for its size. Errors are
 means of |estimate - truth| / |truth| in percent, for the position and for the rotation vector, then
 of distances in m and angles in deg. Poses that an estimator fails on are counted, and are not in
-its means. Times are those of one thread, the least of some passes over at most 256 of the poses.
+its means. Times are those of one thread, the least of some passes over at most 128 of the poses.
 
   paper          what was published of the method, at its levels; its scene is not known
   crb            Cramer-Rao bound: the least expected error of an unbiased estimate

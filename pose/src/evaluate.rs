@@ -184,9 +184,9 @@ impl<'a> Evaluation<'a> {
     /// Time a pose on the thread that calls, which is idle otherwise: the least of some passes
     /// over the same poses, so that what else the machine did counts as little as can be.
     fn us_per_pose(&self, noise_px: f64, pass: impl Fn(&Frames)) -> f64 {
-        const POSES: u64 = 256;
+        const POSES: u64 = 128;
         const LEAST_PASSES: usize = 5;
-        const LEAST_TIME: Duration = Duration::from_millis(40);
+        const LEAST_TIME: Duration = Duration::from_millis(20);
         let frames = self.frames(0..self.count.min(POSES), noise_px);
         let start = Instant::now();
         let mut least = Duration::MAX;
