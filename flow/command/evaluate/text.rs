@@ -11,6 +11,7 @@ const CYCLES_PER_US: f64 = 100.0;
 
 /// An error below this, in whatever unit, is one of rounding.
 const ROUNDING: f64 = 1e-6;
+const NEARLY_ZERO: &str = "~0";
 
 /// Estimators as rows, levels of noise as columns: relative errors, errors, times, failures.
 pub fn tables(rows: &[Row], levels_px: &[f64]) -> String {
@@ -25,6 +26,11 @@ pub fn tables(rows: &[Row], levels_px: &[f64]) -> String {
     if rows.iter().any(|row| row.failures.is_some_and(|n| n > 0)) {
         text.push_str("\nPoses without an answer\n\n");
         text.push_str(&grid.singles(|row| row.failures.map(|count| count.to_string())));
+    }
+    if text.contains(NEARLY_ZERO) {
+        text.push_str(&format!(
+            "\n{NEARLY_ZERO}: below {ROUNDING:e}, rounding alone\n"
+        ));
     }
     text.push('\n');
     text
@@ -78,7 +84,7 @@ impl Grid<'_> {
         let texts = |row: &Row| {
             let text = |value: Option<f64>| match value {
                 None => "-".to_owned(),
-                Some(value) if value != 0.0 && value < ROUNDING => "~0".to_owned(),
+                Some(value) if value != 0.0 && value < ROUNDING => NEARLY_ZERO.to_owned(),
                 Some(value) => rounded(value, 3),
             };
             let (first, second) = pair(row);
