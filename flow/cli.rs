@@ -2,7 +2,7 @@
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-use crate::command::{Outcome, demo, doctor, emit, run, sample, schema, train, verify};
+use crate::command::{Outcome, demo, doctor, emit, evaluate, run, sample, schema, train, verify};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -55,6 +55,8 @@ pub enum Command {
     Sample(sample::Args),
     /// Train the networks of a scene
     Train(train::Args),
+    /// Compare estimators of the pose, and the limits of any, at levels of noise
+    Evaluate(evaluate::Args),
     /// List the external tools: version, what each enables, how to install it
     Doctor(doctor::Args),
     /// Print the JSON Schema of the weights file
@@ -72,6 +74,7 @@ impl Command {
             Self::Run(_) => "run",
             Self::Sample(_) => "sample",
             Self::Train(_) => "train",
+            Self::Evaluate(_) => "evaluate",
             Self::Doctor(_) => "doctor",
             Self::Schema(_) => "schema",
             Self::Demo(_) => "demo",
@@ -89,6 +92,7 @@ impl Command {
             Self::Run(args) => run::run(args, output),
             Self::Sample(args) => sample::run(args, output),
             Self::Train(args) => train::run(args, output),
+            Self::Evaluate(args) => evaluate::run(args, output),
             Self::Doctor(args) => doctor::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Demo(args) => demo::run(args, output),

@@ -3,6 +3,7 @@
 pub mod demo;
 pub mod doctor;
 pub mod emit;
+pub mod evaluate;
 pub mod run;
 pub mod sample;
 pub mod schema;

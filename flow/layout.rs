@@ -32,17 +32,24 @@ pub(crate) use row;
 
 /// A number with four significant digits.
 pub fn significant(value: f64) -> String {
+    rounded(value, 4)
+}
+
+/// A number with so many significant digits, one to six.
+pub fn rounded(value: f64, digits: u8) -> String {
+    let after_first = usize::from(digits.clamp(1, 6)) - 1;
     let magnitude = value.abs();
     if value == 0.0 {
         "0".into()
     } else if !(1e-4..1e6).contains(&magnitude) {
-        format!("{value:.3e}")
+        format!("{value:.after_first$e}")
     } else {
-        let digits = (3.0 - magnitude.log10().floor()).max(0.0);
+        #[expect(clippy::cast_precision_loss, reason = "0 to 5")]
+        let digits = (after_first as f64 - magnitude.log10().floor()).max(0.0);
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "0 to 7"
+            reason = "0 to 9"
         )]
         let digits = digits as usize;
         format!("{value:.digits$}")

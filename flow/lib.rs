@@ -10,16 +10,17 @@
 //! assert_eq!(format!("{code:?}"), format!("{:?}", ExitCode::SUCCESS));
 //! ```
 
-pub mod accuracy;
 pub mod aside;
 pub mod cli;
 pub mod command;
 pub mod destination;
 pub mod failure;
+pub mod fixed;
 pub mod inference;
 pub mod interrupt;
 pub mod layout;
 pub mod output;
+pub mod picture;
 pub mod scene;
 pub mod table;
 

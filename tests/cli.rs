@@ -5,6 +5,8 @@ mod harness;
 
 #[path = "cli/emit.rs"]
 mod emit;
+#[path = "cli/evaluate.rs"]
+mod evaluate;
 #[path = "cli/faults.rs"]
 mod faults;
 #[path = "cli/interrupt.rs"]

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use hwgen_gen::Source;
+use hwgen_pose::evaluate::{ErrorSum, PoseError};
+use hwgen_pose::frames::Pose;
 use hwgen_sim::error::ToolError;
 use hwgen_sim::simulator::Simulator;
 use hwgen_sim::tool::Toolbox;
@@ -17,7 +19,6 @@ use serde_json::json;
 
 use super::verify::{Check, installed, no_simulator, report};
 use super::{Outcome, emit, fields};
-use crate::accuracy::{Pose, PoseError, mean_error};
 use crate::failure::Failure;
 use crate::inference;
 use crate::layout::{columns, counted, row, shell_word};
@@ -214,11 +215,12 @@ fn accuracy(
     table: &Table,
     vectors: &[Vec<f64>],
 ) -> Result<Vec<NoiseRow>, Failure> {
-    let pose = |values: &[f64]| -> Result<Pose, Failure> {
-        values.try_into().map_err(|_| {
+    let pose = |values: &[f64]| match *values {
+        [x, y, z, rx, ry, rz] => Ok(Pose::new([x, y, z].into(), [rx, ry, rz].into())),
+        _ => {
             let message = format!("6 numbers of a pose expected, {} found", values.len());
-            Failure::input("pose", message).file(VECTORS_FILE)
-        })
+            Err(Failure::input("pose", message).file(VECTORS_FILE))
+        }
     };
     let poses = |rows: Vec<Vec<f64>>| -> Result<Vec<Pose>, Failure> {
         rows.iter().map(|row| pose(row)).collect()
@@ -238,8 +240,14 @@ fn accuracy(
         .into_iter()
         .map(|noise_px| {
             let here: Vec<usize> = (0..noise.len()).filter(|i| noise[*i] == noise_px).collect();
-            let error =
-                |estimates: &[Pose]| mean_error(here.iter().map(|i| (&estimates[*i], &truth[*i])));
+            let error = |estimates: &[Pose]| {
+                let mut sum = ErrorSum::default();
+                sum.extend(
+                    here.iter()
+                        .map(|i| PoseError::between(&estimates[*i], &truth[*i])),
+                );
+                sum.mean().unwrap_or_default()
+            };
             NoiseRow {
                 noise_px,
                 frames: here.len(),

@@ -77,7 +77,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Gaussian => "gaussian",
             Self::Uniform => "uniform",
@@ -101,7 +101,7 @@ fn count(text: &str) -> Result<u64, String> {
     }
 }
 
-fn noise(text: &str) -> Result<f64, String> {
+pub(super) fn noise(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(noise) if noise.is_finite() && noise >= 0.0 => Ok(noise),
         _ => Err("a finite number of pixels, zero or more, expected".into()),

@@ -23,6 +23,7 @@ pub mod camera_file;
 pub mod convert;
 mod document;
 pub mod error;
+pub mod evaluate;
 pub mod frames;
 pub mod observe;
 pub mod sample;

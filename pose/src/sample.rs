@@ -18,6 +18,19 @@ pub enum NoiseShape {
     Uniform,
 }
 
+impl NoiseShape {
+    /// The standard deviation of noise of a size.
+    ///
+    /// # Units
+    /// px
+    pub fn deviation(self, noise_px: f64) -> f64 {
+        match self {
+            Self::Gaussian => noise_px,
+            Self::Uniform => noise_px / 3f64.sqrt(),
+        }
+    }
+}
+
 /// One pose and what is seen of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
@@ -106,6 +119,11 @@ impl<'a> Sampler<'a> {
     /// The scene.
     pub fn scene(&self) -> &'a Scene {
         self.scene
+    }
+
+    /// The shape of the noise.
+    pub fn shape(&self) -> NoiseShape {
+        self.shape
     }
 
     /// The sample of an index.
