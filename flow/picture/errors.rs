@@ -6,6 +6,9 @@ use super::axis::{Axis, decades};
 use super::svg::{Anchor, Font, Marker, Pen, Point, Svg};
 use super::{BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RULE, SKY, VERMILLION};
 
+/// A column of the table.
+type Quantity = fn(&Row) -> Option<f64>;
+
 /// How an estimator is drawn.
 struct Style {
     estimator: &'static str,
@@ -85,7 +88,7 @@ pub fn picture(rows: &[Row], scene: &str) -> String {
         title,
         &format!("{scene}: mean error of pose estimates"),
     );
-    let quantities: [(&str, fn(&Row) -> Option<f64>); 2] = [
+    let quantities: [(&str, Quantity); 2] = [
         ("position, |Δp| / |p|, %", |row| row.position_pct),
         ("orientation, |Δr| / |r|, %", |row| row.orientation_pct),
     ];

@@ -153,7 +153,7 @@ fn still(edit: impl Fn(String) -> String) -> FloatNet {
         .rev()
         .flat_map(|i| [format!("\"v{i}\""), format!("\"u{i}\"")])
         .collect();
-    let zeros = vec!["0"; 10].join(",");
+    let zeros = ["0"; 10].join(",");
     let text = format!(
         r#"{{"format": "hwgen-weights/1", "name": "still",
           "inputs": {{"names": [{}], "unit": "px", "min": [{zeros}], "max": [{}]}},
@@ -165,8 +165,8 @@ fn still(edit: impl Fn(String) -> String) -> FloatNet {
               "weights": [[{zeros}], [{zeros}], [1, {}]], "bias": [-30, 1, 0]}}],
               "outputs": {{"names": ["x", "y", "z"], "unit": "m"}}}}]}}"#,
         names.join(","),
-        vec!["1280"; 10].join(","),
-        vec!["0"; 9].join(","),
+        ["1280"; 10].join(","),
+        ["0"; 9].join(","),
     );
     weights::read(edit(text).as_bytes()).unwrap()
 }
