@@ -18,6 +18,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::layout::{columns, row, shell_word, significant};
 use crate::output::Output;
+use crate::picture::training::training_curve;
 use crate::scene::SceneFile;
 
 const EXAMPLES: &str = "\
@@ -36,7 +37,7 @@ kept beside them, in <W>.checkpoint, every half minute and at the end of an inte
 
 Examples:
   hwgen train --scene designs/landing/scene.toml --out w.json
-  hwgen train --scene scene.toml --hidden 64 --seed 7 --out small.json
+  hwgen train --scene scene.toml --hidden 64 --seed 7 --out small.json --curve small.svg
   hwgen train --scene scene.toml --preset paper --out paper.json
   hwgen train --scene scene.toml --out w.json --resume";
 
@@ -97,6 +98,9 @@ pub struct Args {
     /// Go on with the training that <W.json>.checkpoint holds
     #[arg(long)]
     pub resume: bool,
+    /// Draw the losses of all epochs
+    #[arg(long, value_name = "F.svg")]
+    pub curve: Option<PathBuf>,
     /// Replace files that are there already
     #[arg(long)]
     pub force: bool,
@@ -146,6 +150,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         force: args.force,
     };
     let out = Destination::new(&args.out, &precious)?;
+    let curve = args
+        .curve
+        .as_ref()
+        .map(|path| Destination::new(path, &precious))
+        .transpose()?;
     let keeper = Keeper::new(args, &file)?;
     let (seed, checkpoint, before) = if args.resume {
         let kept = keeper.read()?;
@@ -195,10 +204,28 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     drop(line);
     drop(stop);
     out.write(to_json(&training.net()).as_bytes())?;
+    if let Some(curve) = &curve {
+        curve.write(drawn(&training.checkpoint().learners).as_bytes())?;
+    }
     if !interrupted {
         keeper.forget();
     }
     Ok(outcome(args, &training, &keeper, interrupted, seconds()))
+}
+
+/// The losses of both networks as a picture.
+fn drawn(learners: &[Learner; 2]) -> String {
+    let losses = learners.each_ref().map(|learner| {
+        let pairs = learner.curve().iter();
+        pairs.map(|l| (l.train, l.validation)).collect::<Vec<_>>()
+    });
+    let curves: Vec<_> = NETWORKS
+        .iter()
+        .zip(&losses)
+        .zip(learners)
+        .map(|(((name, ..), losses), learner)| (*name, losses.as_slice(), learner.best_epoch()))
+        .collect();
+    training_curve(&curves)
 }
 
 /// Draws the samples, and puts the weights where they start.

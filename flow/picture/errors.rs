@@ -6,7 +6,7 @@ use super::axis::{Axis, decades};
 use super::svg::{Anchor, Font, Marker, Pen, Point, Svg};
 use super::{BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RULE, SKY, VERMILLION};
 
-/// What of a row is drawn.
+/// A column of the table.
 type Quantity = fn(&Row) -> Option<f64>;
 
 /// How an estimator is drawn.
@@ -115,7 +115,7 @@ fn too_small(row: &Row) -> bool {
 }
 
 /// Name, noise and error, where there is one worth drawing.
-fn points(rows: &[Row], value: Quantity) -> Vec<(&str, f64, f64)> {
+fn points(rows: &[Row], value: fn(&Row) -> Option<f64>) -> Vec<(&str, f64, f64)> {
     let mut points: Vec<(&str, f64, f64)> = rows
         .iter()
         .filter_map(|row| Some((row.estimator.as_str(), row.noise_px, value(row)?)))

@@ -17,11 +17,11 @@ const SMALL: Font = Font::new(11.0, Anchor::Middle);
 const TRAIN: Pen = Pen::new(BLUE, 1.6);
 const VALIDATION: Pen = Pen::new(VERMILLION, 1.6).dashed("6 3");
 
-/// The training of a network: its name, the losses of training and validation after each epoch,
-/// and the epoch, from 1, whose weights were kept (0 if none was).
+/// Name of a network, its losses of training and validation, and the epoch that was kept.
 pub type Curve<'a> = (&'a str, &'a [(f64, f64)], usize);
 
-/// The training of some networks, a panel for each.
+/// The training of some networks: name, losses of training and validation after each epoch, and
+/// the epoch, from 1, whose weights were kept (0 if none was).
 pub fn training_curve(curves: &[Curve<'_>]) -> String {
     let description = "Loss on the samples that were learnt from and on those kept back, on a \
                        logarithmic axis, against epochs; a panel for each network.";

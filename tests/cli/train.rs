@@ -48,7 +48,7 @@ fn weights_come_out_ready_for_emit_and_the_same_for_a_seed() {
 #[test]
 fn the_methods_own_recipe_is_a_preset() {
     let place = place();
-    let rest = "--preset paper --hidden 4 --samples 300 --epochs 5 --out paper.json";
+    let rest = "--preset paper --hidden 4 --samples 300 --epochs 5 --out paper.json --curve c.svg";
     let (ran, json) = place.json(&arguments(rest));
     ran.exits(0);
     let recipe = &json["recipe"];
@@ -56,6 +56,11 @@ fn the_methods_own_recipe_is_a_preset() {
     assert_eq!(recipe["front"], "standardize");
     assert_eq!(recipe["target"], "truth");
     assert_eq!(recipe["noise_px"], serde_json::json!([0.0]));
+    let curve = place.read("c.svg");
+    assert!(
+        curve.starts_with("<svg") && curve.contains("orientation"),
+        "{curve}"
+    );
 }
 
 #[test]

@@ -32,6 +32,9 @@ pub const RESOLUTION_PX: f64 = 1.0 / 64.0;
 /// px
 const FINEST_LEVEL_PX: f64 = 0.05;
 
+/// Samples are learnt from this index on, so that no evaluation meets them, whatever its seed.
+const FIRST_SAMPLE: u64 = 1 << 40;
+
 /// What a checkpoint holds beside the scene: with the same scene the training goes on as if it had
 /// not been interrupted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -222,7 +225,8 @@ fn draw(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> Dataset {
         Target::Truth => Teacher::Truth,
         Target::Posterior => Teacher::Posterior(&bayes),
     };
-    Dataset::draw(sampler, teacher, &recipe.noise_px, 0..recipe.samples as u64)
+    let samples = FIRST_SAMPLE..FIRST_SAMPLE + recipe.samples as u64;
+    Dataset::draw(sampler, teacher, &recipe.noise_px, samples)
 }
 
 impl Task {
