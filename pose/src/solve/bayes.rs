@@ -56,8 +56,8 @@ pub struct Posterior {
     /// # Units
     /// rad
     pub rodrigues_rad: Vector3<f64>,
-    /// Of the position, weighted by `1/|p|`, which comes nearest to the least mean relative error:
-    /// 0.4 % below the plain mean for the Rodrigues vector at 1 px, and 2 % at 3 px.
+    /// Of the position, weighted by `1/|p|`, which comes near to the least mean relative error
+    /// (`examples/limits.rs`: with the noise known, 2 % less for the Rodrigues vector at 3 px).
     pub relative_position_m: Vector3<f64>,
     /// Of the Rodrigues vector, weighted by `1/max(|r|, 0.01)`.
     pub relative_rodrigues_rad: Vector3<f64>,
