@@ -12,7 +12,7 @@ pub mod p3p;
 pub mod ransac;
 pub mod sqpnp;
 
-mod fit;
+pub mod fit;
 mod placement;
 mod prior;
 

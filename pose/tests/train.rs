@@ -74,6 +74,47 @@ fn slopes_are_those_of_finite_differences() {
 }
 
 #[test]
+fn bends_are_those_of_finite_differences() {
+    let inputs = inputs(700);
+    let weights: Vec<f64> = (0..700).map(|n| 0.5 + (n % 3) as f64).collect();
+    let (at, direction) = (busy(1), 0.2 * busy(2));
+    // The gradient of a batch whose errors are the second differences of the outputs.
+    let step = 0.05;
+    let here = answers(&at, &inputs);
+    let second = (answers(&(&at + &direction * step), &inputs)
+        + answers(&(&at - &direction * step), &inputs)
+        - &here * 2.0)
+        / (step * step);
+    let expected = Batch::new(&inputs, &(here - second), &weights)
+        .slope(&Perceptron::new(SHAPE, &at))
+        .gradient;
+    let found = Batch::new(&inputs, &DMatrix::zeros(SHAPE.outputs, 700), &weights).bend(
+        &Perceptron::new(SHAPE, &at),
+        &Perceptron::new(SHAPE, &direction),
+    );
+    assert!(expected.norm() > 0.01);
+    let miss = (&found - &expected).norm() / expected.norm();
+    assert!(miss < 1e-2, "{miss}");
+}
+
+#[test]
+fn neurons_are_zero_at_the_first_samples() {
+    let inputs = inputs(4);
+    let batch = Batch::new(&inputs, &DMatrix::zeros(SHAPE.outputs, 4), &[1.0; 4]);
+    let mut parameters = SHAPE.random(1);
+    batch.center(SHAPE, &mut parameters);
+    let net = Perceptron::new(SHAPE, &parameters);
+    let with_one = inputs.map(|x| x as f32).insert_row(SHAPE.inputs, 1.0);
+    let words = net.hidden_words(&with_one.columns(0, 4));
+    for neuron in 0..SHAPE.hidden {
+        for sample in 0..4 {
+            let zero = words[(neuron, sample)].abs() < 1e-6;
+            assert_eq!(zero, sample == neuron % 4, "{neuron} {sample}");
+        }
+    }
+}
+
+#[test]
 fn levenberg_finds_a_network_that_gave_the_answers() {
     let batch = batch();
     let mut at = busy(2);

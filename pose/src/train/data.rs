@@ -136,6 +136,12 @@ impl Row {
 /// A posterior mean of fewer effective draws says less than the truth does.
 const LEAST_SAMPLES: f64 = 4.0;
 
+/// Most principal axes that are kept.
+///
+/// A pose has six numbers, however many landmarks show it. What lies along the axes of least
+/// variance is noise, and without a limit the cost would grow with the square of the landmarks.
+pub const MOST_FEATURES: usize = 16;
+
 /// The linear layer in front: pixels to uncorrelated numbers of mean zero and variance one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conditioning {
@@ -155,7 +161,7 @@ impl Conditioning {
         Self { mean_px, matrix }
     }
 
-    /// Along the principal axes of the pixels.
+    /// Along the principal axes of the pixels, the first [`MOST_FEATURES`] of them.
     pub fn whitening(pixels: &DMatrix<f64>) -> Self {
         let mean_px = pixels.column_mean();
         let mut centred = pixels.clone();
@@ -166,7 +172,8 @@ impl Conditioning {
         let axes = SymmetricEigen::new(covariance);
         let mut order: Vec<usize> = (0..axes.eigenvalues.len()).collect();
         order.sort_by(|a, b| axes.eigenvalues[*b].total_cmp(&axes.eigenvalues[*a]));
-        let matrix = DMatrix::from_fn(order.len(), order.len(), |i, j| {
+        let features = order.len().min(MOST_FEATURES);
+        let matrix = DMatrix::from_fn(features, order.len(), |i, j| {
             axes.eigenvectors[(j, order[i])] / axes.eigenvalues[order[i]].sqrt()
         });
         Self { mean_px, matrix }

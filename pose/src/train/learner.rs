@@ -70,9 +70,11 @@ pub struct Diverged {
 }
 
 impl Learner {
-    /// A network with random weights.
-    pub fn new(shape: Shape, optimizer: Optimizer, seed: u64) -> Self {
-        let parameters: Vec<f64> = shape.random(seed).as_slice().to_vec();
+    /// A network with random weights that is to learn from a batch.
+    pub fn new(shape: Shape, optimizer: Optimizer, seed: u64, train: &Batch) -> Self {
+        let mut parameters = shape.random(seed);
+        train.center(shape, &mut parameters);
+        let parameters = parameters.as_slice().to_vec();
         Self {
             shape,
             state: match optimizer {

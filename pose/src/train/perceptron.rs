@@ -34,7 +34,7 @@ impl Shape {
     /// unit variance; the outputs start at zero.
     pub fn random(self, seed: u64) -> DVector<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let spread = 1.0 / ((self.inputs + 1) as f64).sqrt();
+        let spread = 1.0 / (self.inputs as f64).sqrt();
         let mut parameters = DVector::zeros(self.parameters());
         for weight in parameters.rows_mut(0, self.hidden_parameters()).iter_mut() {
             *weight = spread * rng.sample::<f64, _>(rand_distr::StandardNormal);
@@ -149,6 +149,23 @@ impl Batch {
         self.len() == 0
     }
 
+    /// Moves the biases of the hidden layer so that neuron `j` is zero at sample `j`: all neurons
+    /// then bend where there are samples.
+    pub fn center(&self, shape: Shape, parameters: &mut DVector<f64>) {
+        let mut hidden = nalgebra::DMatrixViewMut::from_slice(
+            &mut parameters.as_mut_slice()[..shape.hidden_parameters()],
+            shape.hidden,
+            shape.inputs + 1,
+        );
+        for j in 0..shape.hidden {
+            let sample = self.inputs.column(j % self.len());
+            let argument: f64 = (0..shape.inputs)
+                .map(|i| hidden[(j, i)] * f64::from(sample[i]))
+                .sum();
+            hidden[(j, shape.inputs)] = -argument;
+        }
+    }
+
     /// The blocks that the samples are taken in: first sample and number.
     fn blocks(&self, size: usize) -> Vec<(usize, usize)> {
         (0..self.len())
@@ -219,21 +236,38 @@ impl Batch {
     }
 
     fn block_slope(&self, net: &Perceptron, first: usize, count: usize) -> (f64, DVector<f32>) {
-        let (hidden, fan_in) = net.hidden.shape();
         let words = net.hidden_words(&self.inputs(first, count));
         let mut errors = self.errors(net, &words, first);
         let squares = self.squares(&errors, first);
+        self.weigh(&mut errors, first);
+        (squares, self.propagate_back(net, &words, &errors, first))
+    }
+
+    /// Multiplies the columns of a block by the samples' weights.
+    fn weigh(&self, errors: &mut DMatrix<f32>, first: usize) {
         for (i, mut error) in errors.column_iter_mut().enumerate() {
             error *= self.weights[first + i];
         }
+    }
+
+    /// Sum over a block of `J'e`, with `J` the outputs' derivatives by every parameter.
+    fn propagate_back(
+        &self,
+        net: &Perceptron,
+        words: &DMatrix<f32>,
+        errors: &DMatrix<f32>,
+        first: usize,
+    ) -> DVector<f32> {
+        let (hidden, fan_in) = net.hidden.shape();
+        let count = errors.ncols();
         let mut gradient = DVector::zeros(hidden * fan_in + net.output.len());
         let (by_hidden, by_output) = gradient.as_mut_slice().split_at_mut(hidden * fan_in);
         let mut by_output =
             nalgebra::DMatrixViewMut::from_slice(by_output, hidden + 1, net.output.ncols());
-        by_output.gemm(1.0, &words, &errors.transpose(), 0.0);
-        // Back through the output layer and the slope of tanh, in the place of the words.
+        by_output.gemm(1.0, words, &errors.transpose(), 0.0);
+        // Back through the output layer and the slope of tanh.
         let mut back = DMatrix::zeros(hidden, count);
-        back.gemm(1.0, &net.output.rows(0, hidden), &errors, 0.0);
+        back.gemm(1.0, &net.output.rows(0, hidden), errors, 0.0);
         for (mut back, words) in back.column_iter_mut().zip(words.column_iter()) {
             let words = words.as_slice();
             for (back, word) in back.as_mut_slice().iter_mut().zip(words) {
@@ -242,7 +276,40 @@ impl Batch {
         }
         let mut by_hidden = nalgebra::DMatrixViewMut::from_slice(by_hidden, hidden, fan_in);
         by_hidden.gemm(1.0, &back, &self.inputs_transposed.rows(first, count), 0.0);
-        (squares, gradient)
+        gradient
+    }
+
+    /// Weighted mean of `J'f''`, with `f''` the second derivative of the outputs when the
+    /// parameters move along a direction, itself given as a perceptron.
+    pub fn bend(&self, net: &Perceptron, direction: &Perceptron) -> DVector<f64> {
+        let hidden = net.hidden.nrows();
+        let parts: Vec<DVector<f32>> = self
+            .blocks(BLOCK)
+            .into_par_iter()
+            .map(|(first, count)| {
+                let inputs = self.inputs(first, count);
+                let words = net.hidden_words(&inputs);
+                let moved = &direction.hidden * inputs;
+                // First and second derivative of the hidden words.
+                let slope = moved.zip_map(&words.rows(0, hidden), |m, a| m * (1.0 - a * a));
+                let mut second = slope.clone();
+                second.zip_zip_apply(&moved, &words.rows(0, hidden), |s, m, a| *s *= -2.0 * a * m);
+                let mut bend = net.output.rows(0, hidden).transpose() * second;
+                bend.gemm(
+                    2.0,
+                    &direction.output.rows(0, hidden).transpose(),
+                    &slope,
+                    1.0,
+                );
+                self.weigh(&mut bend, first);
+                self.propagate_back(net, &words, &bend, first)
+            })
+            .collect();
+        let mut sum = DVector::<f64>::zeros(parts[0].len());
+        for part in parts {
+            sum.zip_apply(&part, |sum, g| *sum += f64::from(g));
+        }
+        sum / self.len() as f64
     }
 }
 

@@ -106,7 +106,9 @@ impl Recipe {
         Self {
             hidden: 256,
             samples: 25_000,
-            noise_px: vec![0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 5.0],
+            noise_px: vec![
+                0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 3.0, 5.0,
+            ],
             optimizer: Optimizer::Levenberg,
             front: Front::Whiten,
             target: Target::Posterior,

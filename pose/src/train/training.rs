@@ -69,32 +69,31 @@ struct Task {
 impl<'a> Training<'a> {
     /// Draws the samples and puts random weights into the networks.
     pub fn new(sampler: &Sampler<'a>, recipe: Recipe, seed: u64) -> Self {
+        let (conditioning, tasks) = prepare(sampler, &recipe, seed);
         let shape = Shape {
-            inputs: sampler.scene().inputs(),
+            inputs: conditioning.matrix.nrows(),
             hidden: recipe.hidden,
             outputs: 3,
         };
-        let learners = [0, 1].map(|k| Learner::new(shape, recipe.optimizer, seed.wrapping_add(k)));
-        Self::resume(
-            sampler,
-            Checkpoint {
+        let learners = [0, 1].map(|k| {
+            let seed = seed.wrapping_add(k as u64);
+            Learner::new(shape, recipe.optimizer, seed, &tasks[k].train)
+        });
+        Self {
+            scene: sampler.scene(),
+            checkpoint: Checkpoint {
                 recipe,
                 seed,
                 learners,
             },
-        )
+            conditioning,
+            tasks,
+        }
     }
 
     /// Goes on from a checkpoint of the same scene and seed; the samples are drawn anew.
     pub fn resume(sampler: &Sampler<'a>, checkpoint: Checkpoint) -> Self {
-        let recipe = &checkpoint.recipe;
-        let data = draw(sampler, recipe, checkpoint.seed);
-        let conditioning = match recipe.front {
-            Front::Standardize => Conditioning::standardizing(&data.pixels),
-            Front::Whiten => Conditioning::whitening(&data.pixels),
-        };
-        let features = conditioning.apply(&data.pixels);
-        let tasks = [0, 1].map(|k| Task::new(recipe, &data, &features, k));
+        let (conditioning, tasks) = prepare(sampler, &checkpoint.recipe, checkpoint.seed);
         Self {
             scene: sampler.scene(),
             checkpoint,
@@ -206,6 +205,18 @@ impl<'a> Training<'a> {
             },
         }
     }
+}
+
+/// Draws the samples and shares them out to the networks.
+fn prepare(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> (Conditioning, [Task; 2]) {
+    let data = draw(sampler, recipe, seed);
+    let conditioning = match recipe.front {
+        Front::Standardize => Conditioning::standardizing(&data.pixels),
+        Front::Whiten => Conditioning::whitening(&data.pixels),
+    };
+    let features = conditioning.apply(&data.pixels);
+    let tasks = [0, 1].map(|k| Task::new(recipe, &data, &features, k));
+    (conditioning, tasks)
 }
 
 fn draw(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> Dataset {

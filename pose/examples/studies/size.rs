@@ -1,0 +1,32 @@
+//! Number of hidden neurons.
+
+use crate::bench::{Result, cell, errors, head, landing, named, recipe, train};
+
+const LEVELS_PX: [f64; 4] = [0.0, 0.1, 1.0, 3.0];
+
+pub fn study() -> Result<()> {
+    let scene = landing()?;
+    println!("Canonical scene; mean relative error of position / orientation, %.");
+    println!("Multiplications are those of a frame: the shared layer and both networks.\n");
+    let columns = [
+        "neurons",
+        "multiplications",
+        "0 px",
+        "0.1 px",
+        "1 px",
+        "3 px",
+    ];
+    head(&columns.map(str::to_string));
+    for hidden in [4, 8, 16, 32, 64, 128] {
+        let trained = train(&scene, recipe(hidden))?;
+        let cost = trained.net.macs().to_string();
+        let cells = errors(&scene, &trained.net, &LEVELS_PX)?;
+        named(
+            hidden.to_string(),
+            std::iter::once(cost).chain(cells.iter().map(cell)),
+        );
+    }
+    println!("\nAll with the same 20,000 samples and 40 epochs.");
+    println!("256 neurons and more samples: `designs/landing/README.md`.");
+    Ok(())
+}
