@@ -52,7 +52,8 @@ pub struct Args {
     /// At most N multipliers in the arrays
     #[arg(long, value_name = "N")]
     pub multipliers: Option<u32>,
-    /// Bits of weights, of every layer or of the one named [default: 16]
+    /// Bits of weights, of every layer or of the one named [default: 16, or 18 if hidden and
+    /// linear]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub weight_bits: Vec<WidthSetting>,
     /// Bits of hidden words, of every layer or of the one named [default: 13, or 18 if linear or ReLU]

@@ -35,7 +35,8 @@ pub struct Options {
     /// Interval or multipliers.
     #[serde(default)]
     pub budget: Budget,
-    /// Weight widths, later settings winning; [`DEFAULT_WEIGHT_BITS`] where nothing is said.
+    /// Weight widths, later settings winning; see [`DEFAULT_WEIGHT_BITS`] and
+    /// [`DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS`].
     #[serde(default)]
     pub weight_bits: Vec<WidthSetting>,
     /// Widths of hidden words; see [`DEFAULT_BOUNDED_BITS`] and [`DEFAULT_UNBOUNDED_BITS`].
@@ -51,6 +52,8 @@ pub struct Options {
 
 /// Width of weights.
 pub const DEFAULT_WEIGHT_BITS: u32 = 16;
+/// Width of the weights of hidden linear layers: what comes behind one amplifies its errors.
+pub const DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS: u32 = 18;
 /// Width of the words behind tanh and sigmoid.
 pub const DEFAULT_BOUNDED_BITS: u32 = 13;
 /// Width of the words behind hidden linear and ReLU layers: the operand of most DSP blocks.

@@ -11,8 +11,8 @@ use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
 use crate::format::{QFormat, Rounding, half, signed_width};
 use crate::network::{Activation, FloatLayer, FloatNet};
 use crate::options::{
-    DEFAULT_BOUNDED_BITS, DEFAULT_OUTPUT_BITS, DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS,
-    OPERAND_BITS, Options, width_of,
+    DEFAULT_BOUNDED_BITS, DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS, DEFAULT_OUTPUT_BITS,
+    DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
 };
 
 /// The greatest magnitude of an unbounded word over its typical one.
@@ -70,7 +70,7 @@ impl Quantizer<'_> {
         input: &Signal,
         readers: &[Reader],
     ) -> Result<(QuantLayer, Signal), QuantizeError> {
-        let weight_format = self.weight_format(name, layer)?;
+        let weight_format = self.weight_format(name, layer, !readers.is_empty())?;
         let bias_real = |weights: &[Vec<f64>]| centred_bias(layer, weights, input);
         let rows: Vec<Vec<f64>> = layer
             .weights
@@ -181,11 +181,21 @@ impl Quantizer<'_> {
         Ok((quant, signal))
     }
 
-    fn weight_format(&self, name: &str, layer: &FloatLayer) -> Result<QFormat, QuantizeError> {
+    fn weight_format(
+        &self,
+        name: &str,
+        layer: &FloatLayer,
+        hidden: bool,
+    ) -> Result<QFormat, QuantizeError> {
         if let Some(format) = layer.format.weights {
             return Ok(format);
         }
-        let bits = width_of(&self.options.weight_bits, name).unwrap_or(DEFAULT_WEIGHT_BITS);
+        let default = if hidden && layer.activation == Activation::Linear {
+            DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS
+        } else {
+            DEFAULT_WEIGHT_BITS
+        };
+        let bits = width_of(&self.options.weight_bits, name).unwrap_or(default);
         let (least, most) = (layer.weights.min(), layer.weights.max());
         Some((least, most))
             .filter(|(least, most)| least.is_finite() && most.is_finite())
