@@ -51,6 +51,10 @@ impl Destination {
                 return refuse("inside-bundle", message, help);
             }
         }
+        if existing.as_ref().is_some_and(fs::Metadata::is_dir) {
+            let help = "name a file, in that directory for example";
+            return refuse("is-directory", "a file expected, a directory found", help);
+        }
         if existing.is_some_and(|e| e.is_file()) && !precious.force {
             let help = "write to another file, or replace this one with --force";
             return refuse("exists", "a new file expected, an existing one found", help);

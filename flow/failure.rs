@@ -201,6 +201,8 @@ impl From<DesignError> for Failure {
     fn from(error: DesignError) -> Self {
         let code = match &error {
             DesignError::Budget { .. } => "budget",
+            DesignError::UnknownDevice(_) => "unknown-device",
+            DesignError::TooSmall { .. } => "device-too-small",
             DesignError::ReservedName(_) => "reserved-name",
             DesignError::Quantize(e) => match e {
                 QuantizeError::UnknownLayer { .. } => "unknown-layer",

@@ -57,6 +57,8 @@ const AXES: &[(&str, usize)] = &[
     ("fixed words", 8),
     ("shared_in", 5),
     ("_out", 10),
+    ("multipliers in blocks", 20),
+    ("multipliers left to synthesis", 20),
 ];
 
 #[test]

@@ -385,6 +385,36 @@ fn all_designs(part: usize) {
 }
 
 #[test]
+fn a_core_for_ecp5_is_clean_and_has_every_multiplier_in_a_block() {
+    let root = tempfile::tempdir().expect("a directory");
+    let options = Options {
+        device: Some("ecp5-25k".into()),
+        ..interval(8)
+    };
+    let text = file("blocks", 5, &[&[], &[("tanh", 6), ("linear", 3)]], "");
+    let (bundle, directory) = emit(&text, &options, root.path());
+    let mut simulated = sources(&bundle, "rtl/");
+    simulated.extend(sources(&bundle, "sim/"));
+    assert_eq!(sources(&bundle, "sim/"), ["sim/MULT18X18D.v"]);
+    assert_eq!(verilator(&directory, "blocks", &[], &simulated), None);
+    assert_eq!(icarus(&directory, "blocks", &[], &simulated), None);
+
+    let script = ["-s", "syn/blocks.ys"].map(str::to_owned);
+    let (log, good) = run(&YOSYS, &script, &directory);
+    assert!(good, "{log}");
+    let net = weights::read(text.as_bytes()).expect("readable");
+    let design = Design::new(&net, &options).expect("a legal design");
+    let wanted = design.multipliers() + design.activation_multipliers();
+    let stat = log.rsplit("Printing statistics").next().expect("it");
+    let blocks = stat
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("MULT18X18D"))
+        .filter_map(|count| count.trim().parse::<usize>().ok())
+        .next_back();
+    assert_eq!(blocks, Some(wanted), "{stat}");
+}
+
+#[test]
 fn emitted_files_of_even_designs() {
     all_designs(0);
 }

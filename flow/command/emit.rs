@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use hwgen_gen::{Bundle, Manifest};
 use hwgen_spec::design::{Design, Layer};
+use hwgen_spec::device;
 use hwgen_spec::network::{Activation, FloatNet};
 use hwgen_spec::options::{Budget, Options, WidthSetting};
 use hwgen_spec::weights;
@@ -21,13 +22,11 @@ const EXAMPLES: &str = "\
 Examples:
   hwgen emit --weights w.json
   hwgen emit --weights w.json --out build/fast --interval 16
+  hwgen emit --weights w.json --device ecp5-25k
   hwgen emit --weights w.json --multipliers 40 --weight-bits 12 --weight-bits position_l1=14
   hwgen emit --weights w.json --force --json
 
 The directory is written whole or not at all. `hwgen schema` describes the weights file.";
-
-/// The devices there are tables for.
-const DEVICES: [&str; 1] = ["generic"];
 
 /// What `emit` takes.
 #[derive(Debug, clap::Args)]
@@ -43,10 +42,11 @@ pub struct Args {
         help = "Directory of the bundle [default: build/<name>]"
     )]
     pub out: Option<PathBuf>,
-    /// What it is to run on: `generic` for portable Verilog
+    /// What it is to run on: `ecp5-85k` and its like, `generic` for portable Verilog
     #[arg(long, value_name = "D", default_value = "generic")]
     pub device: String,
-    /// At most N clock cycles between two frames [default: 64]
+    /// At most N clock cycles between two frames [default: 64, or what the device's multipliers
+    /// allow]
     #[arg(long, value_name = "N", conflicts_with = "multipliers")]
     pub interval: Option<u32>,
     /// At most N multipliers in the arrays
@@ -86,15 +86,6 @@ fn width_setting(text: &str) -> Result<WidthSetting, String> {
 /// # Errors
 /// If weights or options are refused or the bundle can't be written.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
-    if !DEVICES.contains(&args.device.as_str()) {
-        let message = format!(
-            "device: one of {} expected, `{}` found",
-            DEVICES.join(", "),
-            args.device
-        );
-        return Err(Failure::input("unknown-device", message)
-            .help("leave --device out for portable Verilog"));
-    }
     let net = read_weights(&args.weights)?;
     let design = Design::new(&net, &options(args))?;
     let out = match &args.out {
@@ -133,8 +124,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
 fn options(args: &Args) -> Options {
     let interval = args.interval.map(Budget::Interval);
     let multipliers = args.multipliers.map(Budget::Multipliers);
+    let device = (args.device != device::GENERIC).then(|| args.device.clone());
+    let default = match device {
+        Some(_) => Budget::Device,
+        None => Budget::default(),
+    };
     Options {
-        budget: interval.or(multipliers).unwrap_or_default(),
+        device,
+        budget: interval.or(multipliers).unwrap_or(default),
         weight_bits: args.weight_bits.clone(),
         activation_bits: args.activation_bits.clone(),
         segments: args.segments,

@@ -7,7 +7,7 @@ use hwgen_pose::sample::{NoiseShape, Sampler};
 use hwgen_pose::scene_file;
 use hwgen_pose::train::learner::Learner;
 use hwgen_pose::train::recipe::{Optimizer, Recipe};
-use hwgen_pose::train::{Checkpoint, NETWORKS, Training};
+use hwgen_pose::train::{BadCheckpoint, Checkpoint, NETWORKS, Training};
 use hwgen_spec::weights::to_json;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -135,7 +135,7 @@ struct Kept {
     seconds: f64,
 }
 
-const FORMAT: &str = "hwgen-checkpoint/1";
+const FORMAT: &str = "hwgen-checkpoint/2";
 
 /// Trains both networks and writes their weights.
 ///
@@ -147,7 +147,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let precious = Precious {
         bundle: None,
         inputs: &args.scene,
-        force: args.force,
+        // The best so far is beside the checkpoint, and better weights replace it.
+        force: args.force || args.resume,
     };
     let out = Destination::new(&args.out, &precious)?;
     let curve = args
@@ -155,6 +156,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         .as_ref()
         .map(|path| Destination::new(path, &precious))
         .transpose()?;
+    if curve.as_ref().is_some_and(|curve| curve.is(&out)) {
+        let message = "--curve: another file than that of --out expected, the same found";
+        return Err(Failure::input("same-file", message)
+            .file(out.path().display().to_string())
+            .help("give --out and --curve a file each"));
+    }
     let keeper = Keeper::new(args, &file)?;
     let (seed, checkpoint, before) = if args.resume {
         let kept = keeper.read()?;
@@ -171,7 +178,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let seconds = || before + start.elapsed().as_secs_f64();
     let mut line = output.progress();
     line.show("drawing samples", 0, 2 * recipe.epochs);
-    let mut training = begin(&sampler, &recipe, checkpoint, seed);
+    let mut training = begin(&sampler, &recipe, checkpoint, seed).map_err(|error| {
+        keeper.refused(
+            "bad-checkpoint",
+            error.to_string(),
+            "begin anew without --resume",
+        )
+    })?;
     let stop = interrupt::soften();
     let mut kept = Instant::now();
     let mut said: Option<Instant> = None;
@@ -234,10 +247,10 @@ fn begin<'a>(
     recipe: &Recipe,
     checkpoint: Option<Checkpoint>,
     seed: u64,
-) -> Training<'a> {
+) -> Result<Training<'a>, BadCheckpoint> {
     match checkpoint {
         Some(checkpoint) => Training::resume(sampler, checkpoint),
-        None => Training::new(sampler, recipe.clone(), seed),
+        None => Ok(Training::new(sampler, recipe.clone(), seed)),
     }
 }
 
@@ -319,13 +332,14 @@ impl Keeper {
         Ok(keeper)
     }
 
+    fn refused(&self, code: &'static str, message: String, help: &str) -> Failure {
+        let path = self.path.display().to_string();
+        Failure::input(code, message).file(path).help(help)
+    }
+
     fn read(&self) -> Result<Kept, Failure> {
         let path = &self.path;
-        let refused = |code, message: String, help: &str| {
-            Failure::input(code, message)
-                .file(path.display().to_string())
-                .help(help)
-        };
+        let refused = |code, message, help: &str| self.refused(code, message, help);
         let text = std::fs::read(path).map_err(|e| Failure::io(path, &e))?;
         let kept: Kept = serde_json::from_slice(&text).map_err(|e| {
             refused(
@@ -433,14 +447,16 @@ fn outcome(
     ));
     if interrupted {
         text.push_str(&format!(
-            "Interrupted; the state is in {}, and --resume goes on with it.\n",
+            "Interrupted: the best so far is written, the state is in {}.\n\
+             Next: hwgen train --scene {scene} --out {weights} --resume\n",
             keeper.path.display()
         ));
+    } else {
+        text.push_str(&format!(
+            "Next: hwgen evaluate --scene {scene} --weights {weights} --noise 0,0.1,1,3,5 --count 4000\n      \
+             hwgen emit --weights {weights}\n"
+        ));
     }
-    text.push_str(&format!(
-        "Next: hwgen evaluate --scene {scene} --weights {weights} --noise 0,0.1,1,3,5 --count 4000\n      \
-         hwgen emit --weights {weights}\n"
-    ));
     let json = Map::from_iter([
         ("networks".to_owned(), Value::from(networks)),
         ("seconds".to_owned(), json!(seconds)),

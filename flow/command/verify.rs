@@ -185,12 +185,10 @@ impl Check<'_> {
         };
         keep_apart(&work, self.bundle)?;
         output.detail(&format!("logs in {}", work.display()));
-        let is_core = |path: &&String| path.starts_with("rtl/") && path.ends_with(".v");
-        let files = self.source.manifest.files.iter().map(|f| &f.path);
         let expected: Vec<Simulator> = self.simulators.clone();
         let plan = VerifyPlan {
             bundle: self.bundle.to_owned(),
-            sources: files.filter(is_core).cloned().collect(),
+            sources: self.source.simulated(),
             design: &self.source.design,
             net: &self.source.net,
             vectors: self.vectors,

@@ -109,7 +109,9 @@ pub enum BundleError {
         found: String,
     },
     /// There is a source file that the manifest does not list.
-    #[error("{path}: only files that the manifest lists expected in `rtl` and `tb`, another found")]
+    #[error(
+        "{path}: only files that the manifest lists expected in `rtl`, `sim` and `tb`, another found"
+    )]
     Unlisted {
         /// The file.
         path: PathBuf,

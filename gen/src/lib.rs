@@ -58,9 +58,12 @@ pub fn generate(design: &Design, net: &FloatNet) -> Bundle {
         }
     }
     files.extend(top::rtl(design, &header));
-    files.extend(library::cells_used_by(&files));
+    let family = design.device().family;
+    files.extend(library::cells_used_by(&files, family));
     files.sort_by(|a, b| a.path.cmp(&b.path));
-    files.extend(top::around(design, &header, &files));
+    let models = library::models_used_by(&files, family);
+    files.extend(top::around(design, &header, &files, &models));
+    files.extend(models);
     files.push(File {
         path: "weights.json".into(),
         text: weights,

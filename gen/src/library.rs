@@ -1,4 +1,6 @@
-//! The static cells of `rtl/lib`.
+//! The static cells of `rtl/lib`, and what a family has in their place.
+
+use hwgen_spec::device::Family;
 
 use crate::bundle::File;
 
@@ -26,12 +28,36 @@ const CELLS: [(&str, &str); 15] = cells![
     "hwg_tree_level",
 ];
 
-/// The cells that the files instantiate, and those that these do.
-pub(crate) fn cells_used_by(files: &[File]) -> Vec<File> {
+/// A family's own bodies of cells, and models of its blocks for simulation.
+struct Replacements {
+    cells: &'static [(&'static str, &'static str)],
+    models: &'static [(&'static str, &'static str)],
+}
+
+fn replacements(family: Family) -> Replacements {
+    match family {
+        Family::Generic => Replacements {
+            cells: &[],
+            models: &[],
+        },
+        Family::Ecp5 => Replacements {
+            cells: &[("hwg_mul", include_str!("../../rtl/devices/ecp5/hwg_mul.v"))],
+            models: &[(
+                "MULT18X18D",
+                include_str!("../../rtl/devices/ecp5/MULT18X18D.v"),
+            )],
+        },
+    }
+}
+
+/// The cells that the files instantiate, and those that these do, with the bodies of a family.
+pub(crate) fn cells_used_by(files: &[File], family: Family) -> Vec<File> {
+    let own = replacements(family).cells;
     let mut used: Vec<&(&str, &str)> = Vec::new();
     let mut texts: Vec<&str> = files.iter().map(|f| f.text.as_str()).collect();
     while let Some(text) = texts.pop() {
         for cell in &CELLS {
+            let cell = own.iter().find(|own| own.0 == cell.0).unwrap_or(cell);
             if instantiates(text, cell.0) && !used.contains(&cell) {
                 used.push(cell);
                 texts.push(cell.1);
@@ -41,6 +67,18 @@ pub(crate) fn cells_used_by(files: &[File]) -> Vec<File> {
     used.iter()
         .map(|(name, text)| File {
             path: format!("rtl/{name}.v"),
+            text: (*text).to_owned(),
+        })
+        .collect()
+}
+
+/// Models of the family's blocks that the files instantiate.
+pub(crate) fn models_used_by(files: &[File], family: Family) -> Vec<File> {
+    let models = replacements(family).models.iter();
+    models
+        .filter(|(name, _)| files.iter().any(|f| instantiates(&f.text, name)))
+        .map(|(name, text)| File {
+            path: format!("sim/{name}.v"),
             text: (*text).to_owned(),
         })
         .collect()

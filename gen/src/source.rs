@@ -81,8 +81,12 @@ impl Source {
         }
         let generated = generate(&design, &net);
         check_manifest(&path, &text, &generated)?;
-        for folder in ["rtl", "tb"] {
+        for folder in ["rtl", "sim", "tb"] {
             let below = directory.join(folder);
+            // Only some devices have models; a listed file that is not there was missed above.
+            if !below.exists() {
+                continue;
+            }
             let listed = |file: &String| read.files.iter().any(|f| f.path == *file);
             let prefix = format!("{folder}/");
             if let Some(file) = files_below(&below, &prefix)?.iter().find(|f| !listed(f)) {
@@ -96,6 +100,16 @@ impl Source {
             net,
             design,
         })
+    }
+
+    /// The Verilog that a simulation of the core reads: the core, and models of a device's blocks.
+    pub fn simulated(&self) -> Vec<String> {
+        let files = self.manifest.files.iter().map(|file| &file.path);
+        let verilog = files.filter(|path| {
+            let folder = path.split('/').next();
+            matches!(folder, Some("rtl" | "sim")) && path.ends_with(".v")
+        });
+        verilog.cloned().collect()
     }
 }
 

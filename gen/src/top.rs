@@ -2,6 +2,7 @@
 
 use askama::Template;
 use hwgen_spec::design::{Design, Port};
+use hwgen_spec::device::Family;
 use hwgen_spec::format::QFormat;
 
 use crate::bundle::File;
@@ -59,6 +60,9 @@ struct IcarusBenchContext<'a> {
 struct SynthesisContext<'a> {
     module: &'a str,
     sources: Vec<&'a str>,
+    family: &'a str,
+    cells: &'a str,
+    synth: &'a str,
 }
 
 #[derive(Template)]
@@ -67,6 +71,7 @@ struct CoreContext<'a> {
     module: &'a str,
     purpose: String,
     sources: Vec<&'a str>,
+    models: Vec<&'a str>,
 }
 
 #[derive(Template)]
@@ -180,7 +185,7 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
 }
 
 /// Bench, synthesis script, package description and clock constraint for the RTL files.
-pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File> {
+pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[File]) -> Vec<File> {
     let name = header.design;
     let sources: Vec<&str> = rtl.iter().map(|f| f.path.as_str()).collect();
     let bench = BenchContext {
@@ -193,6 +198,11 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File
         module: name,
         purpose: purpose(design),
         sources: sources.clone(),
+        models: models.iter().map(|f| f.path.as_str()).collect(),
+    };
+    let (family, cells, synth) = match design.device().family {
+        Family::Generic => ("generic", "", "synth"),
+        Family::Ecp5 => ("ECP5", "+/ecp5/cells_bb.v", "synth_ecp5"),
     };
     let file = |path: String, text: String| File { path, text };
     vec![
@@ -211,6 +221,9 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File]) -> Vec<File
                 SynthesisContext {
                     module: name,
                     sources,
+                    family,
+                    cells,
+                    synth,
                 }
                 .render(),
             ),

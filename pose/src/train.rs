@@ -13,4 +13,4 @@ mod training;
 pub use levenberg::Levenberg;
 pub use perceptron::{Batch, Perceptron, Shape, Slope};
 pub use rprop::Rprop;
-pub use training::{Checkpoint, NETWORKS, RESOLUTION_PX, Training};
+pub use training::{BadCheckpoint, Checkpoint, NETWORKS, RESOLUTION_PX, Training};

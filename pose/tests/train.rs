@@ -3,7 +3,8 @@
 mod support;
 
 use hwgen_pose::sample::{NoiseShape, Sampler};
-use hwgen_pose::train::learner::Stop;
+use hwgen_pose::train::data::Conditioning;
+use hwgen_pose::train::learner::{Learner, Stop};
 use hwgen_pose::train::recipe::{Optimizer, Recipe};
 use hwgen_pose::train::{Batch, Levenberg, Perceptron, Rprop, Shape, Training};
 use hwgen_spec::network::FloatNet;
@@ -216,8 +217,43 @@ fn a_resumed_training_equals_an_uninterrupted_one() {
         }
         let kept = serde_json::to_string(first.checkpoint()).unwrap();
         drop(first);
-        let resumed = Training::resume(&sampler, serde_json::from_str(&kept).unwrap());
+        let resumed = Training::resume(&sampler, serde_json::from_str(&kept).unwrap()).unwrap();
         assert!(finish(resumed) == whole, "{optimizer:?}");
+    }
+}
+
+#[test]
+fn a_loss_that_is_no_number_is_a_divergence() {
+    for optimizer in [Optimizer::Rprop, Optimizer::Levenberg] {
+        let (batch, broken) = (
+            batch(),
+            Batch::new(
+                &inputs(10),
+                &DMatrix::from_element(2, 10, f64::NAN),
+                &[1.0; 10],
+            ),
+        );
+        let mut learner = Learner::new(SHAPE, optimizer, 1, &batch);
+        let error = learner
+            .epoch(&short(optimizer), &broken, &batch)
+            .unwrap_err();
+        assert!(error.epoch == 1 && error.loss.is_nan(), "{error}");
+    }
+}
+
+#[test]
+fn axes_that_show_nothing_are_left_out() {
+    // The third coordinate follows from the first two but for less than a pixel's step.
+    let pixels = DMatrix::from_fn(3, 500, |i, n| {
+        let [a, b] = [0.618_034, 0.414_214].map(|turn: f64| 100.0 * (n as f64 * turn).fract());
+        [a, b, a - b + 1e-3 * (n % 2) as f64][i]
+    });
+    for (least_px, features) in [(1e-5, 3), (4.5e-3, 2)] {
+        let found = Conditioning::whitening(&pixels, least_px);
+        assert_eq!(found.matrix.shape(), (features, 3), "{least_px}");
+        let white = found.apply(&pixels);
+        let covariance = &white * white.transpose() / 500.0;
+        assert!((covariance - DMatrix::identity(features, features)).norm() < 1e-3);
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use crate::device::{self, Device, UnknownDevice};
 use crate::folding::{self, Fold};
 use crate::network::FloatNet;
 use crate::options::{Budget, Options};
@@ -30,6 +31,22 @@ pub enum DesignError {
         /// What was asked for.
         found: u32,
     },
+    /// There is no such device.
+    #[error(transparent)]
+    UnknownDevice(#[from] UnknownDevice),
+    /// The device has too few multipliers for the design, or none that are known.
+    #[error(
+        "device: at least {least} multipliers expected, one a layer and activation, {found} found \
+         in {device}"
+    )]
+    TooSmall {
+        /// Its name.
+        device: String,
+        /// What the slowest folding takes.
+        least: u32,
+        /// What it has.
+        found: u32,
+    },
     /// The design's name would hide one of the static cells.
     #[error("name: a name that does not begin with `hwg_` expected, `{0}` found")]
     ReservedName(String),
@@ -41,6 +58,12 @@ impl DesignError {
         match self {
             Self::Quantize(e) => e.help(),
             Self::Budget { option, least, .. } => format!("give --{option} {least} or more"),
+            Self::UnknownDevice(e) => e.help(),
+            Self::TooSmall { .. } => {
+                "say --interval or --multipliers: what is beyond the device's multipliers is \
+                 made of logic"
+                    .into()
+            }
             Self::ReservedName(_) => "rename the design: its cells are called hwg_*".into(),
         }
     }
@@ -150,6 +173,16 @@ impl Layer {
     /// Multipliers of the array.
     pub fn multipliers(&self) -> usize {
         self.fold.pe * self.fold.simd
+    }
+
+    /// Multipliers of its activation units, one a lane.
+    pub fn activation_multipliers(&self) -> usize {
+        self.quant.table.as_ref().map_or(0, |_| self.lanes)
+    }
+
+    /// Multipliers of array and activation units.
+    pub fn all_multipliers(&self) -> usize {
+        self.multipliers() + self.activation_multipliers()
     }
 
     /// Multiplications of a frame.
@@ -262,6 +295,7 @@ pub struct Design {
     input_names: Vec<String>,
     input_unit: String,
     options: Options,
+    device: &'static Device,
     net: QuantNet,
     stages: Vec<Stage>,
     source: Port,
@@ -278,6 +312,7 @@ impl Design {
         if net.name.to_ascii_lowercase().starts_with("hwg_") {
             return Err(DesignError::ReservedName(net.name.clone()));
         }
+        let device = device::find(options.device.as_deref().unwrap_or(device::GENERIC))?;
         let quant = quantize(net, options)?;
         let allowed = match options.budget {
             Budget::Interval(0) => {
@@ -288,11 +323,20 @@ impl Design {
                 });
             }
             Budget::Interval(interval) => interval,
-            Budget::Multipliers(found) => {
-                folding::interval_for(&quant, found).map_err(|least| DesignError::Budget {
+            Budget::Multipliers(found) => folding::interval_for(&quant, found, Layer::multipliers)
+                .map_err(|least| DesignError::Budget {
                     option: "multipliers",
                     least,
                     found,
+                })?,
+            Budget::Device => {
+                let found = device.multipliers.unwrap_or(0);
+                folding::interval_for(&quant, found, Layer::all_multipliers).map_err(|least| {
+                    DesignError::TooSmall {
+                        device: device.name.clone(),
+                        least,
+                        found,
+                    }
                 })?
             }
         };
@@ -317,6 +361,7 @@ impl Design {
             input_names: net.inputs.names.clone(),
             input_unit: net.inputs.unit.clone(),
             options: options.clone(),
+            device,
             net: quant,
             stages: vec![Stage::Perceptron(perceptron)],
             source,
@@ -343,6 +388,11 @@ impl Design {
     /// The choices that the design was made with.
     pub fn options(&self) -> &Options {
         &self.options
+    }
+
+    /// What it is made for.
+    pub fn device(&self) -> &'static Device {
+        self.device
     }
 
     /// The integers without architecture.
@@ -399,12 +449,8 @@ impl Design {
 
     /// Multipliers of the activation units.
     pub fn activation_multipliers(&self) -> usize {
-        let with_table = |l: &&Layer| l.quant.table.is_some();
-        self.perceptron()
-            .layers()
-            .filter(with_table)
-            .map(|l| l.lanes)
-            .sum()
+        let layers = self.perceptron().layers();
+        layers.map(Layer::activation_multipliers).sum()
     }
 
     /// Multiplications of a frame in the arrays.

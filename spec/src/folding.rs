@@ -49,33 +49,43 @@ pub fn fold(net: &QuantNet, interval: usize) -> Perceptron {
     }
 }
 
-/// An interval that `multipliers` allow and the one below does not.
+/// Intervals above the lower bound that are tried one by one.
+const TRIED: u32 = 512;
+
+/// The least interval that `multipliers` allow, counted by `count`.
+///
+/// The need falls with the interval, but not strictly so. Among the first [`TRIED`] intervals that
+/// the multiplications leave possible the least is found; beyond them one that is allowed while the
+/// one below is not.
 ///
 /// # Errors
-/// The least number of multipliers that any interval needs: one a layer.
-pub fn interval_for(net: &QuantNet, multipliers: u32) -> Result<u32, u32> {
-    let used = |interval: u32| -> usize {
-        fold(net, to_usize(interval))
-            .layers()
-            .map(Layer::multipliers)
-            .sum()
-    };
+/// The least number of multipliers that any interval needs.
+pub fn interval_for(
+    net: &QuantNet,
+    multipliers: u32,
+    count: fn(&Layer) -> usize,
+) -> Result<u32, u32> {
+    let used = |interval: u32| -> usize { fold(net, to_usize(interval)).layers().map(count).sum() };
     let layers = || {
         net.shared
             .iter()
             .chain(net.networks.iter().flat_map(|n| &n.layers))
     };
-    let slowest = layers()
-        .map(|l| l.inputs() * l.outputs())
-        .max()
-        .unwrap_or(1);
-    let slowest = u32::try_from(slowest).unwrap_or(u32::MAX);
+    let macs = |l: &QuantLayer| l.inputs() * l.outputs();
+    let narrow = |cycles: usize| u32::try_from(cycles).unwrap_or(u32::MAX);
+    let slowest = narrow(layers().map(macs).max().unwrap_or(1));
     let wanted = to_usize(multipliers);
     if used(slowest) > wanted {
-        return Err(u32::try_from(used(slowest)).unwrap_or(u32::MAX));
+        return Err(narrow(used(slowest)));
     }
-    // The need falls with the interval, but not strictly so: bisect, then step down.
-    let (mut low, mut high) = (1, slowest);
+    let all: usize = layers().map(macs).sum();
+    let bound = narrow(all.div_ceil(wanted.max(1))).min(slowest);
+    let tried = bound..=bound.saturating_add(TRIED).min(slowest);
+    let mut low = *tried.end();
+    if let Some(found) = tried.into_iter().find(|interval| used(*interval) <= wanted) {
+        return Ok(found);
+    }
+    let mut high = slowest;
     while low < high {
         let middle = low + (high - low) / 2;
         if used(middle) <= wanted {
@@ -83,9 +93,6 @@ pub fn interval_for(net: &QuantNet, multipliers: u32) -> Result<u32, u32> {
         } else {
             low = middle + 1;
         }
-    }
-    while low > 1 && used(low - 1) <= wanted {
-        low -= 1;
     }
     Ok(low)
 }
@@ -166,4 +173,33 @@ fn cost(layer: &Layer) -> usize {
     };
     let behind = layer.lanes * 4 * sum;
     layer.multipliers() * MULTIPLIER_COST + operands + accumulators + drain + behind
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Options;
+    use crate::quantize::quantize;
+    use crate::weights;
+
+    #[test]
+    fn no_smaller_interval_fits() {
+        let text = include_bytes!("../../designs/landing/weights.json");
+        let net = quantize(&weights::read(text).unwrap(), &Options::default()).unwrap();
+        let counts: [fn(&Layer) -> usize; 2] = [Layer::multipliers, Layer::all_multipliers];
+        for count in counts {
+            let used = |interval: u32| -> usize {
+                let plan = fold(&net, to_usize(interval));
+                plan.layers().map(count).sum()
+            };
+            for multipliers in [40, 156] {
+                let found = interval_for(&net, multipliers, count).unwrap();
+                assert!(used(found) <= to_usize(multipliers));
+                assert!((1..found).all(|less| used(less) > to_usize(multipliers)));
+            }
+            let least = interval_for(&net, 1, count).unwrap_err();
+            assert!(interval_for(&net, least, count).is_ok());
+            assert!(interval_for(&net, least - 1, count).is_err());
+        }
+    }
 }

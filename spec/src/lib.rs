@@ -2,12 +2,13 @@
 //!
 //! [`weights`] reads a file into a float [`network`]; [`quantize`] turns it into integers whose
 //! words have a [`mod@format`]; [`eval`] computes with them, untimed; [`folding`] and [`schedule`]
-//! lay them out in hardware and time; a [`design::Design`] is all of that, checked.
+//! lay them out in hardware and time, within what a [`device`] holds; a [`design::Design`] is all of that, checked.
 //!
 //! The worked example stands at [`design::Design`].
 
 pub mod activation;
 pub mod design;
+pub mod device;
 pub mod eval;
 pub mod folding;
 pub mod format;

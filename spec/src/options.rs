@@ -19,6 +19,8 @@ pub enum Budget {
     Interval(u32),
     /// At most so many multipliers in the arrays.
     Multipliers(u32),
+    /// As many multipliers, those of activations included, as the device has.
+    Device,
 }
 
 impl Default for Budget {
@@ -32,6 +34,9 @@ impl Default for Budget {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Options {
+    /// Name of the device, [`crate::device`]; portable Verilog if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
     /// Interval or multipliers.
     #[serde(default)]
     pub budget: Budget,

@@ -77,11 +77,19 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
         ),
         (
             "--noise=-1",
-            "--noise: levels of zero or more pixels expected, -1 found",
+            "--noise: levels from 0 to 100000 px expected, -1 found",
         ),
         (
             "--noise 0,nan",
-            "--noise: levels of zero or more pixels expected, NaN found",
+            "--noise: levels from 0 to 100000 px expected, NaN found",
+        ),
+        (
+            "--noise 1e6",
+            "--noise: levels from 0 to 100000 px expected, 1000000 found",
+        ),
+        (
+            "--samples 100 --noise 1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21",
+            "--samples: 105 or more expected, 5 for each of 21 levels of noise, 100 found",
         ),
         (
             "--weight-decay inf",
@@ -92,6 +100,17 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
         let help = "help: `hwgen train --help` lists the defaults\n";
         ran.fails(2, &format!("error: {expected}\n{help}"));
     }
+    std::fs::create_dir(place.path("directory")).expect("a directory");
+    place.run(&arguments("--out directory")).fails(
+        2,
+        "error: directory: a file expected, a directory found\n\
+         help: name a file, in that directory for example\n",
+    );
+    place.run(&arguments("--out t.json --curve t.json")).fails(
+        2,
+        "error: t.json: --curve: another file than that of --out expected, the same found\n\
+         help: give --out and --curve a file each\n",
+    );
     place.write("t.json", "mine");
     place.run(&arguments(SMALL)).fails(
         2,
@@ -150,7 +169,6 @@ fn an_interrupted_training_keeps_its_best_and_goes_on_as_if_nothing_had_happened
         "--out",
         "part.json",
         "--resume",
-        "--force",
     ];
     let ran = place.run(&other);
     assert!(
@@ -161,9 +179,23 @@ fn an_interrupted_training_keeps_its_best_and_goes_on_as_if_nothing_had_happened
         ran.stderr
     );
 
-    place
-        .run(&arguments("--out part.json --resume --force"))
-        .exits(0);
+    // A checkpoint that lost something is refused, whatever it lost.
+    let whole = place.read("part.json.checkpoint");
+    for damage in ["hidden", "parameters", "noise_px"] {
+        let mut kept: serde_json::Value = serde_json::from_str(&whole).expect("an object");
+        match damage {
+            "hidden" => kept["learners"][0]["shape"]["hidden"] = 7.into(),
+            "parameters" => kept["learners"][1]["parameters"] = serde_json::json!([1.0]),
+            _ => kept["recipe"]["noise_px"] = serde_json::json!([]),
+        }
+        place.write("part.json.checkpoint", &kept.to_string());
+        let ran = place.run(&arguments("--out part.json --resume"));
+        let said = &ran.exits(2).stderr;
+        assert!(said.contains("begin anew without --resume"), "{said}");
+    }
+    place.write("part.json.checkpoint", &whole);
+
+    place.run(&arguments("--out part.json --resume")).exits(0);
     assert!(place.read("part.json") == place.read("whole.json"));
     assert!(!place.path("part.json.checkpoint").exists());
 }

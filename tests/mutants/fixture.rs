@@ -119,6 +119,7 @@ pub fn fixture() -> (FloatNet, Options) {
         activation_bits: any(10),
         output_bits: Some(16),
         segments: None,
+        device: None,
     };
     (net, options)
 }

@@ -12,6 +12,7 @@ use hwgen_sim::simulator::Simulator;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan, verify};
 use hwgen_spec::design::{Design, Feed};
+use hwgen_spec::device::Family;
 use hwgen_spec::network::FloatNet;
 use hwgen_spec::options::Options;
 
@@ -41,10 +42,9 @@ pub fn check(bundle: &Path, check: &Check<'_>) -> Result<Report, SimError> {
 /// Checks a bundle whatever its digests.
 pub fn check_source(bundle: &Path, source: &Source, check: &Check<'_>) -> Result<Report, SimError> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let rtl = source.manifest.files.iter().map(|f| f.path.clone());
     let plan = VerifyPlan {
         bundle: bundle.to_owned(),
-        sources: rtl.filter(|p| p.starts_with("rtl/")).collect(),
+        sources: source.simulated(),
         design: &source.design,
         net: &source.net,
         vectors: Vec::new(),
@@ -81,6 +81,9 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
     let plan = design.perceptron();
     mark("shared layers", !plan.shared.is_empty());
     mark("no shared layer", plan.shared.is_empty());
+    let blocks = design.device().family == Family::Ecp5;
+    mark("multipliers in blocks", blocks);
+    mark("multipliers left to synthesis", !blocks);
     mark("several networks", plan.networks.len() > 1);
     mark("interval 1", design.interval_cycles() == 1);
     for port in [design.source(), design.sink()] {

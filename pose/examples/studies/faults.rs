@@ -145,13 +145,17 @@ pub fn study() -> Result<()> {
         let error = |k: usize| {
             let mut sum = ErrorSum::default();
             sum.extend(rows.iter().filter_map(|(errors, _)| errors[k]));
-            sum.mean().map_or("-".into(), |e| {
-                format!(
-                    "{} / {}",
-                    percent(e.position_pct),
-                    percent(e.orientation_pct)
-                )
-            })
+            let Some(mean) = sum.mean() else {
+                return "no answer".into();
+            };
+            let [position, orientation] = [mean.position_pct, mean.orientation_pct].map(percent);
+            let answered = 100.0 * sum.count() as f64 / rows.len() as f64;
+            let share = if sum.count() < rows.len() {
+                format!(" ({answered:.1} % answered)")
+            } else {
+                String::new()
+            };
+            format!("{position} / {orientation}{share}")
         };
         let share = |k: usize| {
             let seen = rows.iter().filter(|(_, seen)| seen[k]).count();

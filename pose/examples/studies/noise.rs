@@ -10,8 +10,9 @@ const LEVELS_PX: [f64; 6] = [0.0, 0.1, 0.5, 1.0, 3.0, 5.0];
 pub fn study() -> Result<()> {
     let scene = landing()?;
     println!("Canonical scene, 64 neurons; mean relative error of position / orientation, %.");
-    println!("One level in training makes a network that is best there and worse elsewhere;");
-    println!("the list costs little at any level.\n");
+    println!(
+        "A user who knows the noise picks a row; one who does not compares with the list's.\n"
+    );
     noise_head("trained with", &LEVELS_PX);
     let mut lists: Vec<(String, Vec<f64>)> = [0.0, 0.1, 0.5, 1.0, 3.0, 5.0]
         .map(|level| (format!("{level} px"), vec![level]))

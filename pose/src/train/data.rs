@@ -161,8 +161,9 @@ impl Conditioning {
         Self { mean_px, matrix }
     }
 
-    /// Along the principal axes of the pixels, the first [`MOST_FEATURES`] of them.
-    pub fn whitening(pixels: &DMatrix<f64>) -> Self {
+    /// Along the principal axes of the pixels, the first [`MOST_FEATURES`] of them, without those
+    /// along which the pixels differ by less than a deviation: there is nothing to be seen.
+    pub fn whitening(pixels: &DMatrix<f64>, least_px: f64) -> Self {
         let mean_px = pixels.column_mean();
         let mut centred = pixels.clone();
         for mut column in centred.column_iter_mut() {
@@ -172,8 +173,9 @@ impl Conditioning {
         let axes = SymmetricEigen::new(covariance);
         let mut order: Vec<usize> = (0..axes.eigenvalues.len()).collect();
         order.sort_by(|a, b| axes.eigenvalues[*b].total_cmp(&axes.eigenvalues[*a]));
-        let features = order.len().min(MOST_FEATURES);
-        let matrix = DMatrix::from_fn(features, order.len(), |i, j| {
+        order.retain(|i| axes.eigenvalues[*i] > least_px * least_px);
+        order.truncate(MOST_FEATURES);
+        let matrix = DMatrix::from_fn(order.len(), pixels.nrows(), |i, j| {
             axes.eigenvectors[(j, order[i])] / axes.eigenvalues[order[i]].sqrt()
         });
         Self { mean_px, matrix }

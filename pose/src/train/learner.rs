@@ -89,6 +89,20 @@ impl Learner {
         }
     }
 
+    /// Whether all parts of a learner that was read are those of a shape.
+    pub fn fits(&self, shape: Shape) -> bool {
+        let count = shape.parameters();
+        let state = match &self.state {
+            State::Rprop(rprop) => rprop.fits(count),
+            State::Levenberg(_) => true,
+        };
+        state
+            && self.shape == shape
+            && self.parameters.len() == count
+            && self.best.len() == count
+            && self.best_epoch <= self.curve.len()
+    }
+
     /// Shape of the network.
     pub fn shape(&self) -> Shape {
         self.shape

@@ -4,7 +4,7 @@
 //! weight from input `i` to neuron `j` is `v_kj (1 - a_j^2) x_i`, so that with the samples'
 //! columns `g = [(1 - a^2) x', a, 1]` the matrix `sum g g'` holds every block up to factors `v`.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 use rayon::prelude::*;
 
 use super::cholesky;
@@ -29,7 +29,8 @@ const MAX_DAMPING: f64 = 1e6;
 const LOWER: f64 = 0.3;
 const RAISE: f64 = 3.0;
 
-/// Most that the path may bend: twice the length of the second-order part over that of the step.
+/// Most that the path may bend: twice the length of its second derivative, half of which is added,
+/// over that of the step.
 const MOST_BOW: f64 = 1.0;
 
 /// The state of the method: how far it trusts the quadratic model.
@@ -54,7 +55,7 @@ impl Default for Levenberg {
 
 impl Levenberg {
     /// One step down: moves the parameters and gives the loss there, or `None` where no step
-    /// leads down any more.
+    /// leads down any more; a loss that is no number is given as it is.
     ///
     /// The loss is that of the batch plus half the decay times the parameters' square.
     pub fn step(
@@ -67,6 +68,9 @@ impl Levenberg {
         let net = Perceptron::new(shape, parameters);
         let Slope { loss, gradient } = batch.slope(&net);
         let before = loss + 0.5 * decay * parameters.norm_squared();
+        if !before.is_finite() {
+            return Some(before);
+        }
         let gradient = gradient + &*parameters * decay;
         let mut normal = normal_matrix(shape, parameters, &net, batch);
         for i in 0..normal.nrows() {
@@ -80,8 +84,9 @@ impl Levenberg {
             let squares = step.iter().zip(&diagonal).map(|(s, d)| s * s * (d + floor));
             squares.sum::<f64>().sqrt()
         };
+        let mut damped = normal.clone();
         while self.damping <= MAX_DAMPING {
-            let mut damped = normal.clone();
+            damped.copy_from(&normal);
             for (i, d) in diagonal.iter().enumerate() {
                 damped[(i, i)] += self.damping * (d + floor);
             }
@@ -123,25 +128,27 @@ fn normal_matrix(
     let influence = DMatrix::from_fn(hidden, hidden, |j, l| {
         output.iter().map(|v| v[j] * v[l]).sum::<f64>()
     });
-    let mut normal = DMatrix::zeros(shape.parameters(), shape.parameters());
-    for block in 0..=shape.inputs {
+    let size = shape.parameters();
+    let mut normal = DMatrix::zeros(size, size);
+    // The columns of an input, for all neurons.
+    let by_input = normal.as_mut_slice()[..split * size].par_chunks_mut(hidden * size);
+    by_input.enumerate().for_each(|(block, columns)| {
+        let mut columns = DMatrixViewMut::from_slice(columns, size, hidden);
         for below in block..=shape.inputs {
-            let at = (below * hidden, block * hidden);
-            let mut part = normal.view_mut(at, (hidden, hidden));
-            part.copy_from(&products.view(at, (hidden, hidden)));
+            let mut part = columns.view_mut((below * hidden, 0), (hidden, hidden));
+            part.copy_from(&products.view((below * hidden, block * hidden), (hidden, hidden)));
             part.component_mul_assign(&influence);
         }
-    }
-    for (k, v) in output.iter().enumerate() {
-        let row = split + k * words;
-        for block in 0..=shape.inputs {
+        for (k, v) in output.iter().enumerate() {
             for j in 0..hidden {
-                let column = block * hidden + j;
-                normal
-                    .view_mut((row, column), (words, 1))
-                    .copy_from(&(products.view((split, column), (words, 1)) * v[j]));
+                let mut part = columns.view_mut((split + k * words, j), (words, 1));
+                part.copy_from(&products.view((split, block * hidden + j), (words, 1)));
+                part *= v[j];
             }
         }
+    });
+    for k in 0..shape.outputs {
+        let row = split + k * words;
         normal
             .view_mut((row, row), (words, words))
             .copy_from(&products.view((split, split), (words, words)));
@@ -166,13 +173,16 @@ fn products(shape: Shape, net: &Perceptron, batch: &Batch) -> DMatrix<f64> {
     for first in (0..batch.len()).step_by(CHUNK) {
         let count = CHUNK.min(batch.len() - first);
         let columns = sample_columns(shape, net, batch, first, count);
-        let rows = columns.transpose();
+        let rows: Vec<DMatrix<f32>> = edges
+            .par_windows(2)
+            .map(|edge| columns.rows_range(edge[0]..edge[1]).transpose())
+            .collect();
         tiles.par_iter_mut().for_each(|(row, column, tile)| {
             let mut part = DMatrix::<f32>::zeros(tile.nrows(), tile.ncols());
             part.gemm(
                 1.0,
                 &columns.rows(edges[*row], tile.nrows()),
-                &rows.columns(edges[*column], tile.ncols()),
+                &rows[*column],
                 0.0,
             );
             tile.zip_apply(&part, |sum, p| *sum += f64::from(p));

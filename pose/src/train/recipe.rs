@@ -71,6 +71,12 @@ pub const MAX_HIDDEN: usize = 4096;
 /// Most samples: what 24 GB hold with room to spare.
 pub const MAX_SAMPLES: usize = 10_000_000;
 
+/// Most epochs, and most patience.
+pub const MAX_EPOCHS: usize = 1_000_000_000;
+
+/// Greatest level of noise: beyond the size of any image.
+pub const MAX_NOISE_PX: f64 = 1e5;
+
 /// A recipe that makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}: {reason}")]
@@ -164,8 +170,8 @@ impl Recipe {
         };
         count("hidden", self.hidden, 1, MAX_HIDDEN)?;
         count("samples", self.samples, 100, MAX_SAMPLES)?;
-        count("epochs", self.epochs, 1, usize::MAX)?;
-        count("patience", self.patience, 1, usize::MAX)?;
+        count("epochs", self.epochs, 1, MAX_EPOCHS)?;
+        count("patience", self.patience, 1, MAX_EPOCHS)?;
         if self.noise_px.is_empty() {
             return Err(RecipeError {
                 field: "noise",
@@ -173,12 +179,25 @@ impl Recipe {
             });
         }
         for level in &self.noise_px {
-            if !(level.is_finite() && *level >= 0.0) {
+            if !(0.0..=MAX_NOISE_PX).contains(level) {
                 return Err(RecipeError {
                     field: "noise",
-                    reason: format!("levels of zero or more pixels expected, {level} found"),
+                    reason: format!("levels from 0 to {MAX_NOISE_PX} px expected, {level} found"),
                 });
             }
+        }
+        // A run of all levels validates, and the runs before it are learnt from.
+        let least = VALIDATION_EVERY * self.noise_px.len();
+        if self.samples < least {
+            return Err(RecipeError {
+                field: "samples",
+                reason: format!(
+                    "{least} or more expected, {VALIDATION_EVERY} for each of {} levels of noise, \
+                     {} found",
+                    self.noise_px.len(),
+                    self.samples
+                ),
+            });
         }
         if !(self.weight_decay.is_finite() && self.weight_decay >= 0.0) {
             return Err(RecipeError {

@@ -29,6 +29,11 @@ pub struct Rprop {
 }
 
 impl Rprop {
+    /// Whether this is the state of so many parameters.
+    pub fn fits(&self, parameters: usize) -> bool {
+        self.steps.len() == parameters && self.slopes.len() == parameters
+    }
+
     /// A fresh start.
     pub fn new(parameters: usize) -> Self {
         Self {

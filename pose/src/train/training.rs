@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::data::{Conditioning, Dataset, Teacher};
 use super::learner::{Diverged, Learner};
 use super::perceptron::{Batch, Shape, output_part};
-use super::recipe::{Front, Recipe, Target, VALIDATION_EVERY};
+use super::recipe::{Front, Recipe, RecipeError, Target, VALIDATION_EVERY};
 use crate::sample::Sampler;
 use crate::scene::Scene;
 use crate::solve::bayes::{Bayes, NoiseLevel};
@@ -23,7 +23,7 @@ pub const NETWORKS: [(&str, [&str; 3], &str); 2] = [
 /// Step of the pixel coordinates that the hardware is to represent.
 ///
 /// # Units
-/// px
+/// px; the rounding's deviation is this by the root of 12.
 pub const RESOLUTION_PX: f64 = 1.0 / 64.0;
 
 /// Smallest noise that the posterior takes into account: finer structure cannot be fitted.
@@ -45,6 +45,27 @@ pub struct Checkpoint {
     pub seed: u64,
     /// The two networks.
     pub learners: [Learner; 2],
+}
+
+/// A checkpoint whose parts do not belong together.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadCheckpoint {
+    /// Its recipe makes no sense.
+    #[error("recipe.{0}")]
+    Recipe(#[from] RecipeError),
+    /// A network is not the one that scene and recipe lead to.
+    #[error(
+        "learners[{network}]: a network of {} inputs and {} neurons with its state expected, \
+         another found",
+        shape.inputs,
+        shape.hidden
+    )]
+    Learner {
+        /// Which.
+        network: usize,
+        /// What it should be.
+        shape: Shape,
+    },
 }
 
 /// A training under way.
@@ -70,11 +91,7 @@ impl<'a> Training<'a> {
     /// Draws the samples and puts random weights into the networks.
     pub fn new(sampler: &Sampler<'a>, recipe: Recipe, seed: u64) -> Self {
         let (conditioning, tasks) = prepare(sampler, &recipe, seed);
-        let shape = Shape {
-            inputs: conditioning.matrix.nrows(),
-            hidden: recipe.hidden,
-            outputs: 3,
-        };
+        let shape = shape(&conditioning, &recipe);
         let learners = [0, 1].map(|k| {
             let seed = seed.wrapping_add(k as u64);
             Learner::new(shape, recipe.optimizer, seed, &tasks[k].train)
@@ -92,14 +109,23 @@ impl<'a> Training<'a> {
     }
 
     /// Goes on from a checkpoint of the same scene and seed; the samples are drawn anew.
-    pub fn resume(sampler: &Sampler<'a>, checkpoint: Checkpoint) -> Self {
+    ///
+    /// # Errors
+    /// If the checkpoint is no whole one.
+    pub fn resume(sampler: &Sampler<'a>, checkpoint: Checkpoint) -> Result<Self, BadCheckpoint> {
+        checkpoint.recipe.check()?;
         let (conditioning, tasks) = prepare(sampler, &checkpoint.recipe, checkpoint.seed);
-        Self {
+        let shape = shape(&conditioning, &checkpoint.recipe);
+        let strange = |learner: &Learner| !learner.fits(shape);
+        if let Some(network) = checkpoint.learners.iter().position(strange) {
+            return Err(BadCheckpoint::Learner { network, shape });
+        }
+        Ok(Self {
             scene: sampler.scene(),
             checkpoint,
             conditioning,
             tasks,
-        }
+        })
     }
 
     /// One epoch of the first network that has not ended; its index, or `None` if both have.
@@ -207,12 +233,20 @@ impl<'a> Training<'a> {
     }
 }
 
+fn shape(conditioning: &Conditioning, recipe: &Recipe) -> Shape {
+    Shape {
+        inputs: conditioning.matrix.nrows(),
+        hidden: recipe.hidden,
+        outputs: 3,
+    }
+}
+
 /// Draws the samples and shares them out to the networks.
 fn prepare(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> (Conditioning, [Task; 2]) {
     let data = draw(sampler, recipe, seed);
     let conditioning = match recipe.front {
         Front::Standardize => Conditioning::standardizing(&data.pixels),
-        Front::Whiten => Conditioning::whitening(&data.pixels),
+        Front::Whiten => Conditioning::whitening(&data.pixels, RESOLUTION_PX / 12f64.sqrt()),
     };
     let features = conditioning.apply(&data.pixels);
     let tasks = [0, 1].map(|k| Task::new(recipe, &data, &features, k));
