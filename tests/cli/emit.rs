@@ -120,9 +120,9 @@ fn options_that_cannot_be_met_are_refused() {
             "output-bits: 4 to 32 bits expected, 99 found",
         ),
         (
-            &["--device", "ecp5-85k"],
+            &["--device", "ecp6-85k"],
             "unknown-device",
-            "device: one of generic expected, `ecp5-85k` found",
+            "device: one of generic, ecp5-25k, ecp5-45k, ecp5-85k expected, `ecp6-85k` found",
         ),
     ];
     for (options, code, message) in cases {
