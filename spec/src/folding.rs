@@ -54,7 +54,7 @@ const TRIED: u32 = 512;
 
 /// The least interval that `multipliers` allow, counted by `count`.
 ///
-/// The need falls with the interval, but not strictly so. Among the first [`TRIED`] intervals that
+/// The need falls with the interval, but not strictly so. Among the first 512 intervals that
 /// the multiplications leave possible the least is found; beyond them one that is allowed while the
 /// one below is not.
 ///
