@@ -84,7 +84,7 @@ impl Levenberg {
             let squares = step.iter().zip(&diagonal).map(|(s, d)| s * s * (d + floor));
             squares.sum::<f64>().sqrt()
         };
-        let mut damped = normal.clone();
+        let mut damped = DMatrix::zeros(normal.nrows(), normal.ncols());
         while self.damping <= MAX_DAMPING {
             damped.copy_from(&normal);
             for (i, d) in diagonal.iter().enumerate() {

@@ -3,8 +3,8 @@
 //
 // Function:  P = A * B, signed or unsigned by SIGNEDA and SIGNEDB; ROA and ROB show the operands.
 // Registers: at both operands and at the product, each if its parameter names CLK0.
-// Left out:  pipeline register, cascades, operand C, enables, resets, other clocks: all tied off by
-//            hwg_mul. A use of what is left out ends the simulation.
+// Left out:  cascades, operand C, enables, resets, other clocks, all tied off by hwg_mul and without
+//            effect here; a pipeline register, which ends the simulation.
 // Source:    Lattice FPGA-TN-02205, ECP5 and ECP5-5G sysDSP usage guide.
 `default_nettype none
 
