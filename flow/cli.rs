@@ -2,7 +2,9 @@
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-use crate::command::{Outcome, demo, doctor, emit, evaluate, run, sample, schema, train, verify};
+use crate::command::{
+    Outcome, demo, doctor, emit, evaluate, run, sample, schema, synth, train, verify,
+};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -12,6 +14,7 @@ Examples:
   hwgen emit --weights w.json                  the bundle build/<name>: Verilog, bench, manifest
   hwgen verify build/<name> --random 200       compare it with the model, clock by clock
   hwgen run build/<name> --inputs in.csv       infer with it, in fixed point
+  hwgen synth build/<name> --device ecp5-85k   place and route it with open tools
 
 Exit codes: 0 done and true; 1 a check found a difference; 2 bad usage or bad input;
 3 an external tool is missing, failed or ran out of time; 128 + signal if one stopped it.";
@@ -57,6 +60,8 @@ pub enum Command {
     Train(train::Args),
     /// Compare estimators of the pose, and the limits of any, at levels of noise
     Evaluate(evaluate::Args),
+    /// Synthesise, place and route a bundle: what it takes of a device, and how fast it is
+    Synth(synth::Args),
     /// List the external tools: version, what each enables, how to install it
     Doctor(doctor::Args),
     /// Print the JSON Schema of the weights file
@@ -75,6 +80,7 @@ impl Command {
             Self::Sample(_) => "sample",
             Self::Train(_) => "train",
             Self::Evaluate(_) => "evaluate",
+            Self::Synth(_) => "synth",
             Self::Doctor(_) => "doctor",
             Self::Schema(_) => "schema",
             Self::Demo(_) => "demo",
@@ -93,6 +99,7 @@ impl Command {
             Self::Sample(args) => sample::run(args, output),
             Self::Train(args) => train::run(args, output),
             Self::Evaluate(args) => evaluate::run(args, output),
+            Self::Synth(args) => synth::run(args, output),
             Self::Doctor(args) => doctor::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Demo(args) => demo::run(args, output),

@@ -7,6 +7,7 @@ pub mod evaluate;
 pub mod run;
 pub mod sample;
 pub mod schema;
+pub mod synth;
 pub mod train;
 pub mod verify;
 

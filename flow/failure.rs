@@ -15,6 +15,8 @@ use hwgen_spec::quantize::QuantizeError;
 use hwgen_spec::weights::WeightsError;
 use serde_json::{Map, Value};
 
+use crate::synth::SynthError;
+
 /// How the process ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -287,6 +289,19 @@ fn about(path: &Path, error: &dyn Error) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix(&format!("{}: ", path.display()));
     rest.map_or(text.clone(), str::to_owned)
+}
+
+impl From<SynthError> for Failure {
+    fn from(error: SynthError) -> Self {
+        match error {
+            SynthError::Tool(error) => error.into(),
+            SynthError::Io { path, source } => Self::io(&path, &source),
+            SynthError::Strange { .. } => {
+                Self::new(Exit::Tool, "tool-no-verdict", error.to_string())
+                    .help("delete the file's directory, so that the tools run again")
+            }
+        }
+    }
 }
 
 impl From<ToolError> for Failure {

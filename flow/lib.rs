@@ -22,6 +22,7 @@ pub mod layout;
 pub mod output;
 pub mod picture;
 pub mod scene;
+pub mod synth;
 pub mod table;
 
 use std::ffi::OsString;

@@ -15,6 +15,8 @@ mod interrupt;
 mod run;
 #[path = "cli/sample.rs"]
 mod sample;
+#[path = "cli/synth.rs"]
+mod synth;
 #[path = "cli/train.rs"]
 mod train;
 #[path = "cli/verify.rs"]

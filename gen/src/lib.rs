@@ -20,6 +20,7 @@ mod layer;
 mod library;
 mod manifest;
 mod rom;
+mod shell;
 mod source;
 mod stage;
 mod text;
@@ -27,6 +28,7 @@ mod top;
 
 pub use bundle::{Bundle, BundleError, File};
 pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
+pub use shell::shell;
 pub use source::Source;
 
 use hwgen_spec::design::{Design, Stage};

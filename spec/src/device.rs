@@ -2,9 +2,11 @@
 //!
 //! A family is a file in `spec/devices`; what its cells look like is the generator's matter.
 
+use std::collections::BTreeMap;
+use std::ops::{Add, AddAssign};
 use std::sync::OnceLock;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The files, one a family.
 const FAMILIES: [&str; 2] = [
@@ -23,7 +25,7 @@ pub enum Family {
 }
 
 /// One device.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Device {
     /// `<family>-<size>`, or `generic`.
     pub name: String,
@@ -39,6 +41,79 @@ pub struct Device {
     pub block_rams: Option<u32>,
     /// Bits of a block memory.
     pub block_ram_bits: Option<u32>,
+    /// How open tools place and route on it; none where they can't.
+    pub place: Option<Place>,
+}
+
+/// What Yosys and nextpnr need to know of a device.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// Arguments of nextpnr: the device, its package, the router.
+    pub arguments: Vec<String>,
+    /// A pin with a way of its own into the clock network.
+    pub clock_pin: String,
+    /// The clock that is sought where the user names none.
+    ///
+    /// # Units
+    /// MHz
+    pub sought_mhz: f64,
+    /// What a multiplier reaches alone, measured: the limit of any core.
+    ///
+    /// # Units
+    /// MHz
+    pub multiplier_mhz: f64,
+    /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none.
+    pub cells: BTreeMap<String, Sites>,
+    /// Names of the sites in nextpnr's report.
+    pub sites: SiteNames,
+}
+
+/// Numbers of sites of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sites {
+    /// Look-up tables of four inputs, those of carry chains among them.
+    pub lut4: u64,
+    /// Flip-flops.
+    pub ff: u64,
+    /// Multipliers.
+    pub multipliers: u64,
+    /// Block memories.
+    pub block_rams: u64,
+}
+
+impl Add for Sites {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            lut4: self.lut4 + other.lut4,
+            ff: self.ff + other.ff,
+            multipliers: self.multipliers + other.multipliers,
+            block_rams: self.block_rams + other.block_rams,
+        }
+    }
+}
+
+impl AddAssign for Sites {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// What nextpnr calls the kinds of sites.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SiteNames {
+    /// Look-up tables.
+    pub lut4: String,
+    /// Flip-flops.
+    pub ff: String,
+    /// Multipliers.
+    pub multipliers: String,
+    /// Block memories.
+    pub block_rams: String,
 }
 
 #[derive(Deserialize)]
@@ -47,6 +122,7 @@ struct FamilyFile {
     family: Family,
     multiplier_bits: Option<u32>,
     block_ram_bits: Option<u32>,
+    place: Option<Place>,
     device: Vec<Entry>,
 }
 
@@ -57,6 +133,8 @@ struct Entry {
     lut4: Option<u32>,
     multipliers: Option<u32>,
     block_rams: Option<u32>,
+    #[serde(default)]
+    arguments: Vec<String>,
 }
 
 /// No device of a name.
@@ -101,6 +179,10 @@ pub fn all() -> &'static [Device] {
                     multiplier_bits: family.multiplier_bits,
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
+                    place: family.place.clone().map(|mut place| {
+                        place.arguments.splice(0..0, entry.arguments);
+                        place
+                    }),
                 })
             })
             .collect()

@@ -1,0 +1,271 @@
+//! `hwgen synth`
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use clap::builder::RangedU64ValueParser;
+use hwgen_gen::Source;
+use hwgen_sim::tool::Toolbox;
+use hwgen_spec::design::Design;
+use hwgen_spec::device::{self, Device, Family, Place};
+use hwgen_spec::options::{Budget, Options};
+use serde_json::{Map, json};
+
+use super::Outcome;
+use crate::failure::{Exit, Failure};
+use crate::output::Output;
+use crate::synth::{Plan, Synthesis, shortages};
+
+mod text;
+
+const EXAMPLES: &str = "\
+The core is placed and routed in a shell with three pins. Scripts, logs, netlist and reports are
+kept in .cache/synth beside the bundle, and what is there already is not done again.
+
+Examples:
+  hwgen emit --weights w.json --device ecp5-85k
+  hwgen synth build/<name>                             one placement, on the bundle's own device
+  hwgen synth build/<name> --seeds 5 --freq 150        the median of five must reach 150 MHz
+  hwgen synth build/<name> --device ecp5-45k --json
+
+Exit codes: 0 done, 1 if the core does not fit or the median misses --freq, 2 if the bundle was
+changed or is made for other devices, 3 if a tool is missing, failed or ran out of time.";
+
+/// More seeds than anybody waits for.
+const MOST_SEEDS: u64 = 1000;
+
+/// What `synth` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Directory of the bundle
+    #[arg(value_name = "DIR")]
+    pub bundle: PathBuf,
+    /// The device [default: the one that the bundle was made for]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+    /// The clock to be reached [default: as fast as it gets]
+    #[arg(long, value_name = "MHZ", value_parser = clock)]
+    pub freq: Option<f64>,
+    /// How many placements, from seed 1 on
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = RangedU64ValueParser::<u64>::new().range(1..=MOST_SEEDS))]
+    pub seeds: u64,
+    /// How many placements at once [default: one for each core of this machine]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=256))]
+    pub jobs: Option<usize>,
+    /// How long each run of a tool may take
+    #[arg(long, value_name = "SECONDS", default_value_t = 3600,
+          value_parser = clap::value_parser!(u64).range(1..=604_800))]
+    pub timeout: u64,
+}
+
+fn clock(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mhz) if (1.0..=2000.0).contains(&mhz) => Ok(mhz),
+        _ => Err("a clock from 1 to 2000 MHz expected".into()),
+    }
+}
+
+/// Synthesises, places and routes.
+///
+/// # Errors
+/// If the bundle or the device is refused, or a tool gives no result.
+pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
+    let source = Source::read(&args.bundle)?;
+    let (device, place) = device_of(args, &source)?;
+    let parent = match args.bundle.canonicalize() {
+        Ok(real) => real.parent().map_or_else(|| real.clone(), Path::to_owned),
+        Err(error) => return Err(Failure::io(&args.bundle, &error)),
+    };
+    let seeds: Vec<u64> = (1..=args.seeds).collect();
+    let toolbox = Toolbox::new(Path::new("."));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let plan = Plan {
+        bundle: &args.bundle,
+        source: &source,
+        device,
+        place,
+        sought_mhz: args.freq.unwrap_or(place.sought_mhz),
+        seeds: &seeds,
+        toolbox: &toolbox,
+        cache: &parent.join(".cache").join("synth"),
+        timeout: Duration::from_secs(args.timeout),
+        jobs: args.jobs.unwrap_or(cores),
+    };
+    let line = Mutex::new(output.progress());
+    let synthesis = plan.run(&|progress| {
+        let mut line = line.lock().expect("no thread panics");
+        line.show(&progress.activity, progress.done, progress.total);
+    })?;
+    drop(line);
+    output.detail(&format!("all files in {}", synthesis.directory.display()));
+    let speed = Speed::of(&synthesis, &source.design);
+    let failure = judge(args, &source, device, &synthesis, speed.as_ref());
+    Ok(Outcome {
+        text: text::text(&source.design, device, place, &synthesis, speed.as_ref()),
+        json: facts(&source.design, device, place, &synthesis, speed.as_ref()),
+        failure,
+        ..Outcome::default()
+    })
+}
+
+/// The device that is asked for, or the bundle's.
+fn device_of(args: &Args, source: &Source) -> Result<(&'static Device, &'static Place), Failure> {
+    let own = source.design.device();
+    let device = match &args.device {
+        Some(name) => device::find(name)
+            .map_err(|error| Failure::input("device", format!("--{error}")).help(error.help()))?,
+        None => own,
+    };
+    if own.family != Family::Generic && own.family != device.family {
+        let message = format!(
+            "--device: one of the family of {}, which the bundle is made for, expected, {} found",
+            own.name, device.name
+        );
+        return Err(Failure::input("device", message)
+            .help(format!("emit it with --device {}", device.name)));
+    }
+    match &device.place {
+        Some(place) => Ok((device, place)),
+        None => {
+            let known = device::all().iter().filter(|device| device.place.is_some());
+            let known: Vec<&str> = known.map(|device| device.name.as_str()).collect();
+            let message = format!(
+                "--device: one that open tools place and route on expected, `{}` found",
+                device.name
+            );
+            Err(Failure::input("device", message).help(format!("one of {}", known.join(", "))))
+        }
+    }
+}
+
+/// What the placements come to.
+#[derive(Clone, Copy, Debug)]
+struct Speed {
+    min_mhz: f64,
+    median_mhz: f64,
+    max_mhz: f64,
+    /// At the median clock.
+    latency_ns: f64,
+    /// At the median clock.
+    per_second: f64,
+}
+
+impl Speed {
+    fn of(synthesis: &Synthesis, design: &Design) -> Option<Self> {
+        let mut clocks: Vec<f64> = synthesis.routes.iter().map(|r| r.fmax_mhz).collect();
+        clocks.sort_by(f64::total_cmp);
+        let (min_mhz, max_mhz) = (*clocks.first()?, *clocks.last()?);
+        let half = clocks.len() / 2;
+        let median_mhz = if clocks.len() % 2 == 1 {
+            clocks[half]
+        } else {
+            (clocks[half - 1] + clocks[half]) / 2.0
+        };
+        Some(Self {
+            min_mhz,
+            median_mhz,
+            max_mhz,
+            latency_ns: design.latency_cycles() as f64 * 1e3 / median_mhz,
+            per_second: median_mhz * 1e6 / design.interval_cycles() as f64,
+        })
+    }
+}
+
+/// Why it is no success, if it isn't.
+fn judge(
+    args: &Args,
+    source: &Source,
+    device: &Device,
+    synthesis: &Synthesis,
+    speed: Option<&Speed>,
+) -> Option<Failure> {
+    let short = shortages(synthesis.netlist, device);
+    if !short.is_empty() {
+        let words: Vec<String> = short
+            .iter()
+            .map(|(kind, taken, there)| {
+                format!("{} {kind} too few ({taken} of {there})", taken - there)
+            })
+            .collect();
+        let message = format!("does not fit on {}: {}", device.name, words.join(", "));
+        return Some(
+            Failure::new(Exit::Difference, "does-not-fit", message).help(smaller(source, device)),
+        );
+    }
+    let (wanted, speed) = (args.freq?, speed?);
+    (speed.median_mhz < wanted).then(|| {
+        let message = format!(
+            "a clock of {wanted} MHz expected, {:.1} MHz reached (median of {})",
+            speed.median_mhz,
+            synthesis.routes.len()
+        );
+        Failure::new(Exit::Difference, "too-slow", message)
+            .help("the critical path is told above; a longer --interval takes fewer cells")
+    })
+}
+
+/// The nearest design that has room, as far as multipliers are what is short.
+fn smaller(source: &Source, device: &Device) -> String {
+    let options = Options {
+        device: Some(device.name.clone()),
+        budget: Budget::Device,
+        ..source.design.options().clone()
+    };
+    match Design::new(&source.net, &options) {
+        Ok(design) if design.interval_cycles() > source.design.interval_cycles() => format!(
+            "emit it with --device {}: {} multipliers and a frame every {} clocks",
+            device.name,
+            design.multipliers() + design.activation_multipliers(),
+            design.interval_cycles()
+        ),
+        _ => "emit it with a longer --interval or fewer bits, or take a larger device".into(),
+    }
+}
+
+/// Everything for programs.
+fn facts(
+    design: &Design,
+    device: &Device,
+    place: &Place,
+    synthesis: &Synthesis,
+    speed: Option<&Speed>,
+) -> Map<String, serde_json::Value> {
+    let routes = &synthesis.routes;
+    let cells = routes
+        .first()
+        .map_or(synthesis.netlist, |route| route.cells);
+    let fmax = speed.map(|speed| {
+        json!({
+            "min": speed.min_mhz,
+            "median": speed.median_mhz,
+            "max": speed.max_mhz,
+            "per_seed": routes.iter().map(|r| json!({"seed": r.seed, "mhz": r.fmax_mhz})).collect::<Vec<_>>(),
+        })
+    });
+    let object = json!({
+        "design": design.name(),
+        "device": device.name,
+        "tools": synthesis.tools,
+        "fits": synthesis.fits(device),
+        "cells": cells,
+        "available": routes.first().map(|route| route.available),
+        "netlist": synthesis.netlist,
+        "parts": synthesis.parts,
+        "fmax_mhz": fmax,
+        "latency_cycles": design.latency_cycles(),
+        "interval_cycles": design.interval_cycles(),
+        "latency_ns": speed.map(|speed| speed.latency_ns),
+        "inferences_per_second": speed.map(|speed| speed.per_second),
+        "share_of_limit": speed.map(|speed| text::share_of_limit(design, device, place, speed)),
+        "critical_paths": routes.iter().map(|r| &r.critical_path).collect::<Vec<_>>(),
+        "bitstream": null,
+        "directory": synthesis.directory.display().to_string(),
+    });
+    match object {
+        serde_json::Value::Object(map) => map,
+        _ => unreachable!("an object was written"),
+    }
+}

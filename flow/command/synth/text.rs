@@ -1,0 +1,130 @@
+//! What became of a core on a device, in words.
+
+use std::fmt::Write;
+
+use hwgen_spec::design::Design;
+use hwgen_spec::device::{Device, Place, Sites};
+
+use super::Speed;
+use crate::layout::{columns, counted, row};
+use crate::synth::Synthesis;
+use crate::synth::netlist::Part;
+
+/// Useful multiplications a second, of those that the device's multipliers could do alone.
+pub(super) fn share_of_limit(
+    design: &Design,
+    device: &Device,
+    place: &Place,
+    speed: &Speed,
+) -> f64 {
+    let there = f64::from(device.multipliers.unwrap_or(1));
+    design.macs() as f64 * speed.per_second / (there * place.multiplier_mhz * 1e6)
+}
+
+pub(super) fn text(
+    design: &Design,
+    device: &Device,
+    place: &Place,
+    synthesis: &Synthesis,
+    speed: Option<&Speed>,
+) -> String {
+    let tools: Vec<String> = synthesis
+        .tools
+        .iter()
+        .map(|tool| format!("{} {}", tool.name, tool.version))
+        .collect();
+    let mut text = format!(
+        "{} on {} ({})\n\n",
+        design.name(),
+        device.name,
+        tools.join(", ")
+    );
+    text.push_str(&parts(&synthesis.parts));
+    if let Some(route) = synthesis.routes.first() {
+        let mut rows = vec![row!["placed", "taken", "there", "%"]];
+        let share = |taken: u64, there: u64| format!("{:.0}", 100.0 * taken as f64 / there as f64);
+        for (kind, of) in KINDS {
+            let (taken, there) = (of(&route.cells), of(&route.available));
+            rows.push(row![kind, taken, there, share(taken, there)]);
+        }
+        text.push('\n');
+        text.push_str(&columns("lrrr", &rows));
+    }
+    let mut rows = vec![row![
+        "seed",
+        "MHz",
+        "slowest path, ns",
+        "logic",
+        "routing",
+        "through"
+    ]];
+    rows.extend(synthesis.routes.iter().map(|route| {
+        let path = &route.critical_path;
+        row![
+            route.seed,
+            format!("{:.1}", route.fmax_mhz),
+            format!("{:.2}", path.logic_ns + path.routing_ns),
+            format!("{:.2}", path.logic_ns),
+            format!("{:.2}", path.routing_ns),
+            path.through.join(" > ")
+        ]
+    }));
+    if let Some(speed) = speed {
+        text.push('\n');
+        text.push_str(&columns("rrrrrl", &rows));
+        let _ = write!(
+            text,
+            "\nclock of {}: {:.1} MHz at least, {:.1} in the median, {:.1} at most\n\
+             at the median: latency {:.0} ns ({}), {:.2} million frames a second (one every {})\n\
+             that is {:.1} % of what {} multipliers could do at {} MHz\n",
+            counted(synthesis.routes.len(), "placement"),
+            speed.min_mhz,
+            speed.median_mhz,
+            speed.max_mhz,
+            speed.latency_ns,
+            counted(design.latency_cycles(), "clock"),
+            speed.per_second / 1e6,
+            counted(design.interval_cycles(), "clock"),
+            100.0 * share_of_limit(design, device, place, speed),
+            device.multipliers.unwrap_or(0),
+            place.multiplier_mhz,
+        );
+    }
+    text
+}
+
+type Count = fn(&Sites) -> u64;
+
+const KINDS: [(&str, Count); 4] = [
+    ("LUT4", |sites| sites.lut4),
+    ("flip-flops", |sites| sites.ff),
+    ("multipliers", |sites| sites.multipliers),
+    ("block memories", |sites| sites.block_rams),
+];
+
+/// A line for each layer, and for what stands beside them.
+fn parts(parts: &[Part]) -> String {
+    let mut sums: Vec<(&str, Sites)> = Vec::new();
+    for part in parts {
+        match sums.last_mut() {
+            Some((name, sum)) if *name == part.name => *sum += part.sites,
+            _ => sums.push((&part.name, part.sites)),
+        }
+    }
+    let all = sums
+        .iter()
+        .fold(Sites::default(), |sum, (_, sites)| sum + *sites);
+    sums.push(("all", all));
+    let mut rows = vec![row![
+        "netlist",
+        "LUT4",
+        "flip-flops",
+        "multipliers",
+        "block memories"
+    ]];
+    rows.extend(
+        sums.iter()
+            .map(|(name, s)| row![name, s.lut4, s.ff, s.multipliers, s.block_rams]),
+    );
+    columns("lrrrr", &rows)
+}

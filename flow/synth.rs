@@ -1,0 +1,362 @@
+//! Synthesis by Yosys, place and route by nextpnr: what a core takes of a device, and how fast it is.
+//!
+//! The core stands in a shell of its own (`hwgen_gen::shell`), so that every path that is timed
+//! begins and ends in the design or at a register beside it. All that the tools read and write
+//! stays in one directory, named by a digest of everything that the result depends on: what is there
+//! already is not done again.
+
+pub mod netlist;
+pub mod route;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use hwgen_gen::{Source, sha256, shell};
+use hwgen_sim::error::ToolError;
+use hwgen_sim::tool::{self, FoundTool, Invocation, NEXTPNR_ECP5, Toolbox, YOSYS};
+use hwgen_spec::device::{Device, Family, Place, Sites};
+use serde::Serialize;
+
+use netlist::Part;
+use route::Route;
+
+/// A core to be synthesised, placed and routed.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// The bundle's directory.
+    pub bundle: &'a Path,
+    /// The bundle.
+    pub source: &'a Source,
+    /// The device.
+    pub device: &'a Device,
+    /// How it is placed.
+    pub place: &'a Place,
+    /// The clock that nextpnr strives for.
+    ///
+    /// # Units
+    /// MHz
+    pub sought_mhz: f64,
+    /// Seeds of the placements.
+    pub seeds: &'a [u64],
+    /// Where tools are found.
+    pub toolbox: &'a Toolbox,
+    /// Where results are kept, a directory below it for each.
+    pub cache: &'a Path,
+    /// How long each run of a tool may take.
+    pub timeout: Duration,
+    /// How many placements run at once.
+    pub jobs: usize,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Synthesis {
+    /// The tools, with their versions.
+    pub tools: Vec<ToolVersion>,
+    /// Where scripts, logs and reports are.
+    pub directory: PathBuf,
+    /// What the parts of the core take, by the netlist.
+    pub parts: Vec<Part>,
+    /// What they take together.
+    pub netlist: Sites,
+    /// The placements, in the order of the seeds; none if the netlist is larger than the device.
+    pub routes: Vec<Route>,
+}
+
+/// A tool that was used.
+#[derive(Clone, Debug, Serialize)]
+pub struct ToolVersion {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum SynthError {
+    /// A tool.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
+    /// A file.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A tool wrote something else than it should.
+    #[error("{}: {expected} expected, {found} found", path.display())]
+    Strange {
+        /// The file.
+        path: PathBuf,
+        /// What should be there.
+        expected: String,
+        /// What is.
+        found: String,
+    },
+}
+
+/// What is under way: of so many steps, so many are done.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    /// What is being done.
+    pub activity: String,
+    /// Steps that are done.
+    pub done: usize,
+    /// All steps.
+    pub total: usize,
+}
+
+impl Synthesis {
+    /// Whether the netlist has room on a device.
+    pub fn fits(&self, device: &Device) -> bool {
+        shortages(self.netlist, device).is_empty()
+    }
+}
+
+/// What a netlist takes more of than a device has: kind, number taken, number there.
+pub fn shortages(netlist: Sites, device: &Device) -> Vec<(&'static str, u64, u64)> {
+    let kinds = [
+        ("LUT4", netlist.lut4, device.lut4),
+        // A flip-flop stands beside each table.
+        ("flip-flops", netlist.ff, device.lut4),
+        ("multipliers", netlist.multipliers, device.multipliers),
+        ("block memories", netlist.block_rams, device.block_rams),
+    ];
+    kinds
+        .into_iter()
+        .filter_map(|(kind, taken, there)| Some((kind, taken, u64::from(there?))))
+        .filter(|(_, taken, there)| taken > there)
+        .collect()
+}
+
+impl Plan<'_> {
+    /// Runs the tools, as far as their results are not there already.
+    ///
+    /// # Errors
+    /// If a tool is missing, fails, takes too long or writes what cannot be read.
+    pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Synthesis, SynthError> {
+        let yosys = self.toolbox.find(&YOSYS)?;
+        let nextpnr = self.toolbox.find(&NEXTPNR_ECP5)?;
+        let total = 1 + self.seeds.len();
+        let shell = shell(&self.source.design, &self.source.manifest.digest);
+        let script = self.script();
+        let pins = self.pins();
+        let directory = self.cache.join(
+            &self.key(&[
+                &yosys.version.to_string(),
+                &nextpnr.version.to_string(),
+                &shell.text,
+                &script,
+                &pins,
+                &self.place.arguments.join(" "),
+            ])[..16],
+        );
+        self.lay_out(
+            &directory,
+            &[
+                ("shell.v", &shell.text),
+                ("synth.ys", &script),
+                ("pins.lpf", &pins),
+            ],
+        )?;
+        progress(Progress {
+            activity: format!("Yosys {}", yosys.version),
+            done: 0,
+            total,
+        });
+        let netlist_path = directory.join("netlist.json");
+        if !netlist_path.exists() {
+            self.synthesize(&yosys, &directory)?;
+        }
+        let parts = netlist::parts(&netlist_path, &self.place.cells)?;
+        let mut synthesis = Synthesis {
+            tools: [&yosys, &nextpnr]
+                .map(|tool| ToolVersion {
+                    name: tool.name.clone(),
+                    version: tool.version.to_string(),
+                })
+                .to_vec(),
+            directory: directory.clone(),
+            netlist: parts
+                .iter()
+                .fold(Sites::default(), |sum, part| sum + part.sites),
+            parts,
+            routes: Vec::new(),
+        };
+        if synthesis.fits(self.device) {
+            synthesis.routes = self.place_all(&nextpnr, &directory, progress)?;
+        }
+        Ok(synthesis)
+    }
+
+    /// Digest of all that the result depends on.
+    fn key(&self, texts: &[&str]) -> String {
+        let files = self.verilog().map(|file| file.sha256.as_str());
+        let all: Vec<&str> = files.chain(texts.iter().copied()).collect();
+        sha256(&all.join("\n"))
+    }
+
+    fn verilog(&self) -> impl Iterator<Item = &hwgen_gen::ManifestFile> {
+        let files = self.source.manifest.files.iter();
+        files.filter(|file| file.path.starts_with("rtl/"))
+    }
+
+    /// What Yosys is to do; paths are those in the directory of results.
+    fn script(&self) -> String {
+        let mut script = String::new();
+        let (cells, synth) = match self.device.family {
+            Family::Generic => ("", "synth"),
+            Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
+        };
+        if !cells.is_empty() {
+            script.push_str(&format!("read_verilog -lib {cells}\n"));
+        }
+        for file in self.verilog() {
+            script.push_str(&format!("read_verilog {}\n", file.path));
+        }
+        let top = format!("{}_shell", self.source.design.name());
+        script.push_str(&format!(
+            "read_verilog shell.v\n{synth} -top {top} -json netlist.part.json\nstat\n"
+        ));
+        script
+    }
+
+    /// The clock's pin; the other two may be anywhere.
+    fn pins(&self) -> String {
+        format!(
+            "LOCATE COMP \"clk_i\" SITE \"{}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n",
+            self.place.clock_pin
+        )
+    }
+
+    /// Puts what the tools read into the directory.
+    fn lay_out(&self, directory: &Path, files: &[(&str, &str)]) -> Result<(), SynthError> {
+        let rtl = directory.join("rtl");
+        fs::create_dir_all(&rtl).map_err(io(&rtl))?;
+        for file in self.verilog() {
+            let (from, to) = (self.bundle.join(&file.path), directory.join(&file.path));
+            fs::copy(&from, &to).map_err(io(&from))?;
+        }
+        for (name, text) in files {
+            let path = directory.join(name);
+            fs::write(&path, text).map_err(io(&path))?;
+        }
+        Ok(())
+    }
+
+    fn synthesize(&self, yosys: &FoundTool, directory: &Path) -> Result<(), SynthError> {
+        let arguments = ["-q", "-l", "yosys.txt", "-s", "synth.ys"];
+        let run = tool::run(&Invocation {
+            tool: yosys.name.clone(),
+            version: yosys.version.to_string(),
+            program: yosys.path.clone(),
+            arguments: arguments.map(Into::into).to_vec(),
+            directory: directory.to_owned(),
+            label: "yosys".into(),
+            timeout: self.timeout,
+        })?;
+        let part = directory.join("netlist.part.json");
+        if !part.exists() {
+            return Err(run.no_verdict(&yosys.name, "a netlist").into());
+        }
+        fs::rename(&part, directory.join("netlist.json")).map_err(io(&part))
+    }
+
+    /// Places and routes with every seed, some at once.
+    fn place_all(
+        &self,
+        nextpnr: &FoundTool,
+        directory: &Path,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Vec<Route>, SynthError> {
+        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let found: Mutex<Vec<(usize, Result<Route, SynthError>)>> = Mutex::new(Vec::new());
+        let work = || {
+            loop {
+                let at = next.fetch_add(1, Ordering::SeqCst);
+                let Some(seed) = self.seeds.get(at) else {
+                    break;
+                };
+                progress(Progress {
+                    activity: format!("nextpnr {}, seed {seed}", nextpnr.version),
+                    done: 1 + done.load(Ordering::SeqCst),
+                    total: 1 + self.seeds.len(),
+                });
+                let route = self.place_one(nextpnr, directory, *seed);
+                if route.is_err() {
+                    // Nothing more is begun.
+                    next.store(self.seeds.len(), Ordering::SeqCst);
+                }
+                done.fetch_add(1, Ordering::SeqCst);
+                found.lock().expect("no thread panics").push((at, route));
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..self.jobs.clamp(1, self.seeds.len()) {
+                scope.spawn(work);
+            }
+        });
+        let mut found = found.into_inner().expect("no thread panics");
+        found.sort_by_key(|(at, _)| *at);
+        found.into_iter().map(|(_, route)| route).collect()
+    }
+
+    fn place_one(
+        &self,
+        nextpnr: &FoundTool,
+        directory: &Path,
+        seed: u64,
+    ) -> Result<Route, SynthError> {
+        let label = format!("seed-{seed}-at-{}-mhz", self.sought_mhz);
+        let report = directory.join(format!("{label}.json"));
+        if !report.exists() {
+            let part = format!("{label}.part.json");
+            let mut arguments = self.place.arguments.clone();
+            let own = [
+                "--json",
+                "netlist.json",
+                "--lpf",
+                "pins.lpf",
+                "--lpf-allow-unconstrained",
+                "--freq",
+                &self.sought_mhz.to_string(),
+                "--seed",
+                &seed.to_string(),
+                "--report",
+                &part,
+                // A clock that is missed is our verdict to give, not a failure of the tool.
+                "--timing-allow-fail",
+            ];
+            arguments.extend(own.map(str::to_owned));
+            let part = directory.join(part);
+            let run = tool::run(&Invocation {
+                tool: nextpnr.name.clone(),
+                version: nextpnr.version.to_string(),
+                program: nextpnr.path.clone(),
+                arguments: arguments.into_iter().map(Into::into).collect(),
+                directory: directory.to_owned(),
+                label: label.clone(),
+                timeout: self.timeout,
+            })?;
+            if !part.exists() {
+                return Err(run.no_verdict(&nextpnr.name, "a report").into());
+            }
+            fs::rename(&part, &report).map_err(io(&part))?;
+        }
+        Route::read(&report, seed, self.place)
+    }
+}
+
+/// Names the file in an error.
+pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> SynthError + '_ {
+    move |source| SynthError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}

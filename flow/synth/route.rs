@@ -1,0 +1,155 @@
+//! One placement and its routes, from the report that nextpnr wrote.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use hwgen_spec::device::{Place, Sites};
+use serde::{Deserialize, Serialize};
+
+use super::netlist::place;
+use super::{SynthError, io};
+
+/// A placement that was routed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Route {
+    /// Seed of the placement.
+    pub seed: u64,
+    /// The fastest clock that every path between registers allows.
+    pub fmax_mhz: f64,
+    /// What it takes of the device.
+    pub cells: Sites,
+    /// What the device has.
+    pub available: Sites,
+    /// The slowest path.
+    pub critical_path: SlowPath,
+}
+
+/// The slowest path of a placement.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SlowPath {
+    /// The register that it begins at.
+    pub from: String,
+    /// The register that it ends at.
+    pub to: String,
+    /// The parts of the design that it goes through, in order: `position_l0/act`.
+    pub through: Vec<String>,
+    /// Time in cells, with the registers' own.
+    pub logic_ns: f64,
+    /// Time between them.
+    pub routing_ns: f64,
+}
+
+#[derive(Deserialize)]
+struct Report {
+    fmax: BTreeMap<String, Clock>,
+    critical_paths: Vec<TimedPath>,
+    utilization: BTreeMap<String, Utilization>,
+}
+
+#[derive(Deserialize)]
+struct Clock {
+    achieved: f64,
+}
+
+#[derive(Deserialize)]
+struct TimedPath {
+    from: String,
+    to: String,
+    path: Vec<Hop>,
+}
+
+#[derive(Deserialize)]
+struct Hop {
+    #[serde(rename = "type")]
+    kind: String,
+    delay: f64,
+    from: End,
+    to: End,
+}
+
+#[derive(Deserialize)]
+struct End {
+    cell: String,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+struct Utilization {
+    used: u64,
+    available: u64,
+}
+
+impl Route {
+    /// Reads the report of a placement.
+    ///
+    /// # Errors
+    /// If it cannot be read, or says nothing of a clock or its slowest path.
+    pub fn read(path: &Path, seed: u64, known: &Place) -> Result<Self, SynthError> {
+        let strange = |expected: &str, found: String| SynthError::Strange {
+            path: path.to_owned(),
+            expected: expected.to_owned(),
+            found,
+        };
+        let text = fs::read_to_string(path).map_err(io(path))?;
+        let report: Report = serde_json::from_str(&text)
+            .map_err(|error| strange("a report as nextpnr writes it", error.to_string()))?;
+        let [clock] = report.fmax.values().collect::<Vec<_>>()[..] else {
+            let found = format!("{} of them", report.fmax.len());
+            return Err(strange("the speed of one clock", found));
+        };
+        // Paths from or to a pin that no clock belongs to are called asynchronous.
+        let inside = |path: &&TimedPath| path.from == path.to && !path.path.is_empty();
+        let slowest = report.critical_paths.iter().find(inside);
+        let slowest =
+            slowest.ok_or_else(|| strange("a path from register to register", "none".into()))?;
+        let count = |of: fn(Utilization) -> u64| {
+            let named = |name: &str| of(report.utilization.get(name).copied().unwrap_or_default());
+            Sites {
+                lut4: named(&known.sites.lut4),
+                ff: named(&known.sites.ff),
+                multipliers: named(&known.sites.multipliers),
+                block_rams: named(&known.sites.block_rams),
+            }
+        };
+        Ok(Self {
+            seed,
+            fmax_mhz: clock.achieved,
+            cells: count(|site| site.used),
+            available: count(|site| site.available),
+            critical_path: SlowPath::of(slowest),
+        })
+    }
+}
+
+impl SlowPath {
+    fn of(timed: &TimedPath) -> Self {
+        let mut through: Vec<String> = Vec::new();
+        for hop in &timed.path {
+            let (name, piece) = place(&hop.to.cell);
+            let part = if piece.is_empty() {
+                name
+            } else {
+                format!("{name}/{piece}")
+            };
+            if through.last() != Some(&part) {
+                through.push(part);
+            }
+        }
+        let time = |routing: bool| {
+            let hops = timed.path.iter();
+            hops.filter(|hop| (hop.kind == "routing") == routing)
+                .map(|hop| hop.delay)
+                .sum()
+        };
+        let end = |hop: Option<&Hop>, of: fn(&Hop) -> &End| {
+            hop.map_or_else(String::new, |hop| of(hop).cell.clone())
+        };
+        Self {
+            from: end(timed.path.first(), |hop| &hop.from),
+            to: end(timed.path.last(), |hop| &hop.to),
+            through,
+            logic_ns: time(false),
+            routing_ns: time(true),
+        }
+    }
+}

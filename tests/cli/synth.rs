@@ -1,0 +1,233 @@
+//! `synth` with stand-ins for the tools: what is asked of them, and what is made of what they say.
+
+use std::path::PathBuf;
+
+use super::harness::{Place, Ran, tiny};
+
+/// A netlist of the shell, with so many multipliers.
+fn netlist(multipliers: usize) -> String {
+    let cell = |i: usize| {
+        format!(
+            r#""u_core.u_mlp.u_net_l0.u_pe{i}.g_mul[0].u_mul.g_block.u_block": {{"type": "MULT18X18D"}}"#
+        )
+    };
+    let cells: Vec<String> = (0..multipliers).map(cell).collect();
+    format!(
+        r#"{{"modules": {{"tiny_shell": {{"cells": {{"drive_q_TRELLIS_FF_Q": {{"type": "TRELLIS_FF"}}, {}}}}}}}}}"#,
+        cells.join(", ")
+    )
+}
+
+/// A report of a clock.
+fn report(mhz: f64) -> String {
+    let end = |cell: &str| format!(r#"{{"cell": "{cell}", "port": "Q"}}"#);
+    let (from, to) = (
+        end("u_core.u_ingress.index_q_TRELLIS_FF_Q"),
+        end("u_core.u_mlp.u_net_l0.u_pe0.sum_q_TRELLIS_FF_Q"),
+    );
+    format!(
+        r#"{{"fmax": {{"clk": {{"achieved": {mhz}, "constraint": 200}}}},
+            "utilization": {{"TRELLIS_COMB": {{"used": 7, "available": 24288}},
+                             "MULT18X18D": {{"used": 2, "available": 28}}}},
+            "critical_paths": [
+              {{"from": "<async>", "to": "posedge clk", "path": [
+                {{"type": "routing", "delay": 9.0, "from": {from}, "to": {to}}}]}},
+              {{"from": "posedge clk", "to": "posedge clk", "path": [
+                {{"type": "clk-to-q", "delay": 0.5, "from": {from}, "to": {from}}},
+                {{"type": "routing", "delay": 4.25, "from": {from}, "to": {to}}},
+                {{"type": "setup", "delay": 0.25, "from": {to}, "to": {to}}}]}}]}}"#
+    )
+}
+
+/// A place with a bundle for a device and tools that answer; nextpnr gives seed 1, 2 and so on the
+/// clocks of the list.
+fn bench(multipliers: usize, clocks: &[f64]) -> Place {
+    let place = Place::new();
+    place
+        .run(&["emit", "--weights", "w.json", "--device", "ecp5-25k"])
+        .exits(0);
+    place.write("netlist.json", &netlist(multipliers));
+    for (i, clock) in clocks.iter().enumerate() {
+        place.write(&format!("report-{}.json", i + 1), &report(*clock));
+    }
+    let here = place.path("").display().to_string();
+    place.fake_tool(
+        "bin/yosys",
+        &format!(
+            "[ \"$1\" = -V ] && echo 'Yosys 0.23' && exit\n\
+             echo run >> {here}/yosys-runs\n\
+             grep -q 'synth_ecp5 -top tiny_shell' synth.ys || exit 9\n\
+             cp {here}/netlist.json netlist.part.json"
+        ),
+    );
+    place.fake_tool(
+        "bin/nextpnr-ecp5",
+        &format!(
+            "[ \"$1\" = --version ] && echo '(Version nextpnr-0.11)' && exit\n\
+             grep -q clk_i pins.lpf || exit 9\n\
+             while [ $# -gt 0 ]; do\n\
+               case $1 in --seed) seed=$2;; --report) out=$2;; esac; shift\n\
+             done\n\
+             echo $seed >> {here}/seeds\n\
+             cp {here}/report-$seed.json $out"
+        ),
+    );
+    place
+}
+
+fn synth(place: &Place, arguments: &[&str]) -> Ran {
+    let tools = format!("{}:/bin:/usr/bin", place.path("bin").display());
+    place.run_with_path(
+        &PathBuf::from(tools),
+        &[&["synth", "build/tiny"], arguments].concat(),
+    )
+}
+
+#[test]
+fn the_median_of_the_seeds_is_what_counts() {
+    let place = bench(2, &[100.0, 300.0, 150.0]);
+    let ran = synth(&place, &["--seeds", "3", "--json"]);
+    ran.exits(0);
+    let json = ran.json();
+    assert_eq!(json["fits"], true);
+    assert_eq!(json["device"], "ecp5-25k");
+    let fmax = &json["fmax_mhz"];
+    assert_eq!(
+        [&fmax["min"], &fmax["median"], &fmax["max"]],
+        [100.0, 150.0, 300.0]
+    );
+    assert_eq!(fmax["per_seed"][1]["seed"], 2);
+    assert_eq!(json["cells"]["multipliers"], 2);
+    assert_eq!(json["available"]["lut4"], 24288);
+    let clocks = json["latency_cycles"].as_f64().unwrap();
+    assert_eq!(json["latency_ns"].as_f64().unwrap(), clocks * 1e3 / 150.0);
+    let interval = json["interval_cycles"].as_f64().unwrap();
+    assert_eq!(
+        json["inferences_per_second"].as_f64().unwrap(),
+        150e6 / interval
+    );
+    let path = &json["critical_paths"][0];
+    assert_eq!(path["through"][1], "net_l0/pe");
+    assert_eq!(
+        (&path["logic_ns"], &path["routing_ns"]),
+        (&0.75.into(), &4.25.into())
+    );
+    // Command line, version and output of every run are kept.
+    let kept = PathBuf::from(json["directory"].as_str().unwrap());
+    for file in [
+        "yosys.run.json",
+        "seed-2-at-200-mhz.run.json",
+        "rtl/tiny.v",
+        "shell.v",
+    ] {
+        assert!(kept.join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn what_is_there_is_not_done_again() {
+    let place = bench(2, &[100.0, 200.0]);
+    synth(&place, &[]).exits(0);
+    synth(&place, &["--seeds", "2"]).exits(0);
+    assert_eq!(place.read("yosys-runs"), "run\n");
+    assert_eq!(place.read("seeds"), "1\n2\n");
+    // Another clock to strive for is another placement.
+    synth(&place, &["--freq", "50"]).exits(0);
+    assert_eq!(place.read("seeds"), "1\n2\n1\n");
+}
+
+#[test]
+fn a_clock_that_is_missed_is_no_success() {
+    let place = bench(2, &[100.0, 300.0, 150.0]);
+    let ran = synth(&place, &["--seeds", "3", "--freq", "160"]);
+    ran.exits(1);
+    assert!(
+        ran.stderr
+            .contains("a clock of 160 MHz expected, 150.0 MHz reached (median of 3)"),
+        "{}",
+        ran.stderr
+    );
+    assert!(ran.stdout.contains("net_l0/pe"), "{}", ran.stdout);
+    synth(&place, &["--seeds", "3", "--freq", "150"]).exits(0);
+}
+
+#[test]
+fn a_core_that_does_not_fit_is_told_with_what_is_short() {
+    let place = bench(31, &[]);
+    let ran = synth(&place, &["--json"]);
+    ran.exits(1);
+    let json = ran.json();
+    assert_eq!(json["fits"], false);
+    assert_eq!(json["error"]["code"], "does-not-fit");
+    let message = json["error"]["message"].as_str().unwrap();
+    assert_eq!(
+        message,
+        "does not fit on ecp5-25k: 3 multipliers too few (31 of 28)"
+    );
+    assert!(!place.path("seeds").exists());
+}
+
+#[test]
+fn a_tool_that_dies_or_says_nothing_is_told() {
+    let place = bench(2, &[]);
+    // No report of seed 1: the copy fails.
+    let ran = synth(&place, &[]);
+    ran.exits(3);
+    assert!(
+        ran.stderr
+            .contains("nextpnr-ecp5 failed with exit status: 1"),
+        "{}",
+        ran.stderr
+    );
+    assert!(
+        ran.stderr.contains("seed-1-at-200-mhz.log"),
+        "{}",
+        ran.stderr
+    );
+    place.write("report-1.json", "{}");
+    let ran = synth(&place, &[]);
+    ran.exits(3);
+    assert!(
+        ran.stderr
+            .contains("a report as nextpnr writes it expected"),
+        "{}",
+        ran.stderr
+    );
+    let place = bench(2, &[]);
+    place.fake_tool("bin/yosys", "[ \"$1\" = -V ] && echo 'Yosys 0.23'; exit 0");
+    let ran = synth(&place, &[]);
+    ran.exits(3);
+    assert!(ran.stderr.contains("a netlist"), "{}", ran.stderr);
+    let nowhere = place.path("nowhere");
+    let ran = place.run_with_path(&nowhere, &["synth", "build/tiny"]);
+    ran.exits(3);
+    assert!(ran.stderr.contains("Yosys was not found"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_device_that_cannot_be_is_refused() {
+    let place = Place::with_bundle();
+    place.run(&["synth", "build/tiny"]).fails(
+        2,
+        "error: --device: one that open tools place and route on expected, `generic` found\n\
+         help: one of ecp5-25k, ecp5-45k, ecp5-85k\n",
+    );
+    let ran = place.run(&["synth", "build/tiny", "--device", "ecp5-85"]);
+    ran.exits(2);
+    assert!(
+        ran.stderr.contains("did you mean ecp5-85k?"),
+        "{}",
+        ran.stderr
+    );
+    let own = Place::new();
+    own.write("w.json", &tiny());
+    own.run(&["emit", "--weights", "w.json", "--device", "ecp5-25k"])
+        .exits(0);
+    let ran = own.run(&["synth", "build/tiny", "--device", "generic"]);
+    ran.exits(2);
+    assert!(
+        ran.stderr.contains("the family of ecp5-25k"),
+        "{}",
+        ran.stderr
+    );
+}
