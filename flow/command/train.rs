@@ -68,7 +68,7 @@ pub struct Args {
     /// Hidden neurons of each network [default: 256]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub hidden: Option<usize>,
-    /// Samples, one in five of them kept back for validation [default: 25000; paper: 10000]
+    /// Samples, one in five of them kept back for validation [default: 30000; paper: 10000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub samples: Option<usize>,
     /// Noise levels in px, each for as many samples [default: 0 to 5; paper: 0]
@@ -190,19 +190,17 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let mut said: Option<Instant> = None;
     let mut interrupted = false;
     loop {
-        let epoch = training.epoch().map_err(|error| {
+        let more = training.epoch().map_err(|error| {
             Failure::input("diverged", error.to_string())
                 .help("another seed, more samples or fewer neurons may do better")
         })?;
-        let Some(network) = epoch else { break };
+        if !more {
+            break;
+        }
         if output.in_place() || said.is_none_or(|said| said.elapsed() >= SAY_EVERY) {
             let learners = &training.checkpoint().learners;
             let done = learners.iter().map(|l| l.curve().len()).sum();
-            line.show(
-                &activity(network, &learners[network]),
-                done,
-                2 * recipe.epochs,
-            );
+            line.show(&activity(learners), done, 2 * recipe.epochs);
             said = Some(Instant::now());
         }
         interrupted = stop.asked();
@@ -289,19 +287,22 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
 }
 
 /// What the line of progress says.
-fn activity(network: usize, learner: &Learner) -> String {
-    let (name, ..) = NETWORKS[network];
-    match (learner.curve().last(), learner.best_losses()) {
-        (Some(last), Some(best)) => format!(
-            "{name}: epoch {}, loss {}, validation {}, best {} at epoch {}",
-            learner.curve().len(),
-            significant(last.train),
-            significant(last.validation),
-            significant(best.validation),
-            learner.best_epoch(),
-        ),
-        _ => name.to_owned(),
-    }
+fn activity(learners: &[Learner; 2]) -> String {
+    let networks = NETWORKS.iter().zip(learners);
+    let words = networks.map(|((name, ..), learner)| {
+        match (learner.curve().last(), learner.best_losses()) {
+            (Some(last), Some(best)) => format!(
+                "{name}: epoch {}, loss {}, validation {}, best {} at {}",
+                learner.curve().len(),
+                significant(last.train),
+                significant(last.validation),
+                significant(best.validation),
+                learner.best_epoch(),
+            ),
+            _ => (*name).to_owned(),
+        }
+    });
+    words.collect::<Vec<_>>().join("; ")
 }
 
 /// The checkpoint beside the weights.

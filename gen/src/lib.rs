@@ -32,6 +32,7 @@ pub use shell::shell;
 pub use source::Source;
 
 use hwgen_spec::design::{Design, Stage};
+use hwgen_spec::device::Device;
 use hwgen_spec::network::FloatNet;
 use hwgen_spec::weights;
 use sha2::{Digest, Sha256};
@@ -49,6 +50,7 @@ pub fn generate(design: &Design, net: &FloatNet) -> Bundle {
     let header = Header {
         design: design.name(),
         digest: &digest,
+        device: design.device(),
     };
     let mut files = Vec::new();
     for stage in design.stages() {
@@ -97,6 +99,7 @@ pub fn sha256(text: &str) -> String {
 struct Header<'a> {
     design: &'a str,
     digest: &'a str,
+    device: &'a Device,
 }
 
 impl Header<'_> {

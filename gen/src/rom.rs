@@ -9,9 +9,6 @@ use crate::bundle::File;
 use crate::text::finish;
 use crate::{Header, address_width, bits, plural, range};
 
-/// Deeper ROMs go to block RAM, shallower ones to LUTs: 64 words are what a LUT ROM is fast for.
-const LOGIC_DEPTH: usize = 64;
-
 #[derive(Template)]
 #[template(path = "rom.v", syntax = "verilog")]
 struct Rom<'a> {
@@ -19,7 +16,11 @@ struct Rom<'a> {
     purpose: String,
     notes: Vec<String>,
     provenance: String,
+    /// Whether it has a copy of the address of its own.
+    own_address: bool,
+    address: &'static str,
     address_range: String,
+    address_width: usize,
     data_range: String,
     width: usize,
     rom_style: &'static str,
@@ -79,7 +80,7 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
             }
         ),
     ];
-    rom(module, purpose, notes, rows, header)
+    rom(module, purpose, notes, rows, Address::Copied, header)
 }
 
 /// Which inputs the weights of word `a` belong to.
@@ -143,6 +144,7 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
         format!("biases of layer {}", quant.name),
         notes,
         rows,
+        Address::Used,
         header,
     )
 }
@@ -190,8 +192,18 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
         "piecewise-linear tanh for magnitudes".to_owned(),
         notes,
         rows,
+        Address::Used,
         header,
     )
+}
+
+/// What a ROM does with the address that it is given.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Address {
+    /// It is read in the same clock.
+    Used,
+    /// Many ROMs are given it: each takes a copy first.
+    Copied,
 }
 
 fn rom(
@@ -199,6 +211,7 @@ fn rom(
     purpose: String,
     notes: Vec<String>,
     words: Vec<(Fields, String)>,
+    given: Address,
     header: &Header,
 ) -> File {
     let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
@@ -213,17 +226,24 @@ fn rom(
             comment: comment.clone(),
         })
         .collect();
-    let (rom_style, rom_note) = if words.len() > LOGIC_DEPTH {
-        ("block", format!("more than {LOGIC_DEPTH} go to block RAM"))
+    let most = bits(header.device.logic_rom_words);
+    let (rom_style, rom_note) = if words.len() > most {
+        ("block", format!("more than {most} go to block RAM"))
     } else {
-        ("logic", format!("up to {LOGIC_DEPTH} go to logic"))
+        ("logic", format!("up to {most} go to logic"))
     };
     let text = Rom {
         module,
         purpose,
         notes,
         provenance: header.provenance(),
+        own_address: given == Address::Copied,
+        address: match given {
+            Address::Used => "address_i",
+            Address::Copied => "address_q",
+        },
         address_range: range(address),
+        address_width: address,
         data_range: range(width),
         width,
         rom_style,

@@ -27,6 +27,7 @@ pub fn shell(design: &Design, digest: &str) -> File {
     let header = Header {
         design: design.name(),
         digest,
+        device: design.device(),
     };
     let s_data_bits = design.source().data_bits();
     // Beside the data: reset, valid, last and the other side's ready; ready, valid, last and user.

@@ -163,7 +163,11 @@ fn layer_context(
     let quant = &layer.quant;
     let replay = layer.feed == Feed::Replay;
     let (start, flag, vector) = match (before, replay) {
-        (None, _) => ("start".to_owned(), "1'b0".to_owned(), "frame_i".to_owned()),
+        (None, _) => (
+            "start_q".to_owned(),
+            "1'b0".to_owned(),
+            "frame_i".to_owned(),
+        ),
         (Some(before), true) => {
             let name = &before.quant.name;
             (

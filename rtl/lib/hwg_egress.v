@@ -15,8 +15,8 @@ module hwg_egress #(
 ) (
   input  wire                             clk_i,
   input  wire                             rst_ni,
-  input  wire                             frame_valid_i,
-  output wire                             frame_ready_o,
+  output wire                             room_next_o,    // a frame may come after this edge
+  input  wire                             frame_valid_i,  // a frame comes; only where there was room
   input  wire [WORDS*LANE_WIDTH-1:0]      frame_i,
   input  wire                             saturated_i,
   input  wire                             error_i,
@@ -38,18 +38,18 @@ module hwg_egress #(
   wire beat_valid = left_q != {LEFT_WIDTH{1'b0}};
   wire beat_last  = left_q == ONE[LEFT_WIDTH-1:0];
   wire beat_ready;
-  wire ready      = ~beat_valid | (beat_last & beat_ready);
-  wire load       = frame_valid_i & ready;
+  wire beat_ready_next;
+  wire [LEFT_WIDTH-1:0] left_d = frame_valid_i           ? BEATS[LEFT_WIDTH-1:0] :
+                                 beat_valid & beat_ready ? left_q - 1'b1 : left_q;
 
   always @(posedge clk_i) begin
-    if (!rst_ni)                      left_q <= {LEFT_WIDTH{1'b0}};
-    else if (load)                    left_q <= BEATS[LEFT_WIDTH-1:0];
-    else if (beat_valid & beat_ready) left_q <= left_q - 1'b1;
+    if (!rst_ni) left_q <= {LEFT_WIDTH{1'b0}};
+    else         left_q <= left_d;
   end
 
   integer i;
   always @(posedge clk_i) begin
-    if (load) begin
+    if (frame_valid_i) begin
       user_q <= {error_i, saturated_i};
       for (i = 0; i < SLOTS; i = i + 1)
         if (i < WORDS) slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= frame_i[(i % WORDS)*LANE_WIDTH +: LANE_WIDTH];
@@ -60,21 +60,26 @@ module hwg_egress #(
     end
   end
 
+  wire unused_valid_next;
   hwg_fifo #(
     .WIDTH(3 + BEAT_WORDS*LANE_WIDTH),
     .DEPTH(2)
   ) u_slice (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(beat_valid),
-    .ready_o(beat_ready),
-    .data_i ({beat_last, user_q, slot_q[0 +: BEAT_WORDS*LANE_WIDTH]}),
-    .valid_o(tvalid_o),
-    .ready_i(tready_i),
-    .data_o ({tlast_o, tuser_o, tdata_o})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (beat_valid),
+    .ready_o     (beat_ready),
+    .ready_next_o(beat_ready_next),
+    .data_i      ({beat_last, user_q, slot_q[0 +: BEAT_WORDS*LANE_WIDTH]}),
+    .valid_o     (tvalid_o),
+    .valid_next_o(unused_valid_next),
+    .ready_i     (tready_i),
+    .data_o      ({tlast_o, tuser_o, tdata_o})
   );
 
-  assign frame_ready_o = ready;
+  // The last beat makes room in the clock in which it goes on.
+  assign room_next_o = (left_d == {LEFT_WIDTH{1'b0}}) |
+                       ((left_d == ONE[LEFT_WIDTH-1:0]) & beat_ready_next);
 endmodule
 
 `default_nettype wire

@@ -65,11 +65,11 @@ module @{ module }@ (
     .address_o(address)
   );
 @% endif %@
-  // The operands wait for the weight ROMs.
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
   reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
   always @(posedge clk_i) operands_q <= @{ operands }@;
 
-  // Control bits keep pace with ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree.
 @% if accumulates %@  wire tree_valid;
   wire tree_first;
   wire tree_last;

@@ -16,48 +16,58 @@
 module @{ module }@ (
   input  wire clk_i,
   input  wire rst_ni,
-  input  wire frame_valid_i,
-  output wire frame_ready_o,
+  input  wire frame_next_i,   // an input frame stands in frame_i after this edge
+  output wire frame_taken_o,  // the one that stands there is taken
   input  wire @{ frame_range }@ frame_i,
   input  wire clipped_i,      // an input was outside of the box
   input  wire error_i,        // the frame was too short or too long
-  output wire frame_valid_o,
-  input  wire frame_ready_i,
+  input  wire room_next_i,    // an output frame may be given after this edge
+  output wire frame_valid_o,  // one is given
   output wire @{ out_range }@ frame_o,
   output wire saturated_o,    // an input or a word inside was clipped
   output wire error_o
 );
-  wire start;
-  wire leave = frame_valid_o & frame_ready_i;
+  // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
+  reg  start_q = 1'b0;
+  reg  leave_q = 1'b0;
+  wire may_start;
+  wire may_leave;
+  always @(posedge clk_i) begin
+    start_q <= frame_next_i & may_start;
+    leave_q <= room_next_i & may_leave;
+  end
 
   hwg_admit #(
     .INTERVAL(@{ interval }@),
     .CREDITS (@{ credits }@)
   ) u_admit (
-    .clk_i        (clk_i),
-    .rst_ni       (rst_ni),
-    .frame_valid_i(frame_valid_i),
-    .frame_ready_o(frame_ready_o),
-    .start_o      (start),
-    .release_i    (leave)
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .ready_next_o(may_start),
+    .start_i     (start_q),
+    .release_i   (leave_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known;
+  wire known_next;
+  wire unused_frames_known;
   wire unused_frames_ready;  // credits keep the FIFOs from being full
+  wire unused_frames_ready_next;
   hwg_fifo #(
     .WIDTH(2),
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(start),
-    .ready_o(unused_frames_ready),
-    .data_i ({error_i, clipped_i}),
-    .valid_o(known),
-    .ready_i(leave),
-    .data_o ({error_o, clipped})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (start_q),
+    .ready_o     (unused_frames_ready),
+    .ready_next_o(unused_frames_ready_next),
+    .data_i      ({error_i, clipped_i}),
+    .valid_o     (unused_frames_known),
+    .valid_next_o(known_next),
+    .ready_i     (leave_q),
+    .data_o      ({error_o, clipped})
   );
 @% for l in layers %@
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
@@ -96,26 +106,36 @@ module @{ module }@ (
   );
 @% endif %@@% endfor %@@% for n in networks %@
   // Answers of network @{ n.name }@: @{ n.words }@ words, @{ n.format }@.
-  wire @{ n.name }@_known;
+  wire @{ n.name }@_known_next;
+  wire unused_@{ n.name }@_known;
   wire unused_@{ n.name }@_ready;
+  wire unused_@{ n.name }@_ready_next;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
+  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
+  (* keep *)
+  reg @{ n.name }@_leave_q = 1'b0;
+  always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(@{ n.last }@_start),
-    .ready_o(unused_@{ n.name }@_ready),
-    .data_i ({@{ n.last }@_clipped, @{ n.last }@_vector}),
-    .valid_o(@{ n.name }@_known),
-    .ready_i(leave),
-    .data_o ({@{ n.name }@_saturated, @{ n.name }@_answer})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (@{ n.last }@_start),
+    .ready_o     (unused_@{ n.name }@_ready),
+    .ready_next_o(unused_@{ n.name }@_ready_next),
+    .data_i      ({@{ n.last }@_clipped, @{ n.last }@_vector}),
+    .valid_o     (unused_@{ n.name }@_known),
+    .valid_next_o(@{ n.name }@_known_next),
+    .ready_i     (@{ n.name }@_leave_q),
+    .data_o      ({@{ n.name }@_saturated, @{ n.name }@_answer})
   );
 @% endfor %@
   // A frame leaves when all networks have answered.
-  assign frame_valid_o = known@% for n in networks %@ & @{ n.name }@_known@% endfor %@;
+  assign may_leave     = known_next@% for n in networks %@ & @{ n.name }@_known_next@% endfor %@;
+  assign frame_taken_o = start_q;
+  assign frame_valid_o = leave_q;
   assign saturated_o   = clipped@% for n in networks %@ | @{ n.name }@_saturated@% endfor %@;
   genvar i;
   generate

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight@{ sum_note }@.
 // Format:    operands @{ x_format }@, weights @{ w_format }@@{ shift_note }@,
 //            products @{ product_width }@ bits, sums @{ sum_width }@ bits, all exact.
-// Latency:   @{ latency }@ clocks from operands and weights to sum_o.
+// Latency:   @{ latency }@ clocks from operands to sum_o; weights come a clock after their operands.
 // Overflow:  impossible: @{ sum_width }@ bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -20,6 +20,12 @@ module @{ module }@ (
   input  wire @{ weights_range }@ weights_i,
   output wire @{ sum_range }@ sum_o
 );
+  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
+  // share one for all.
+  (* keep *)
+  reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
+  always @(posedge clk_i) operands_q <= operands_i;
+
   wire @{ products_range }@ products;
 
   genvar i;
@@ -30,7 +36,7 @@ module @{ module }@ (
         .B_WIDTH(@{ w_width }@)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_i[i*@{ x_width }@ +: @{ x_width }@]),
+        .a_i  (operands_q[i*@{ x_width }@ +: @{ x_width }@]),
         .b_i  (weights_i[i*@{ w_width }@ +: @{ w_width }@]),
         .p_o  (products[i*@{ product_width }@ +: @{ product_width }@])
       );

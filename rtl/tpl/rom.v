@@ -2,7 +2,7 @@
 // @{ module }@: @{ purpose }@.
 //
 @% for line in notes %@// @{ line }@
-@% endfor %@// Latency:   1 clock, the word is registered. Reset: none.
+@% endfor %@// Latency:   @% if own_address %@2 clocks: address and word are registered@% else %@1 clock, the word is registered@% endif %@. Reset: none.
 // @{ provenance }@
 `default_nettype none
 
@@ -11,12 +11,19 @@ module @{ module }@ (
   input  wire @{ address_range }@ address_i,
   output wire @{ data_range }@ data_o
 );
-  // @{ rom_note }@
+@% if own_address %@  // A copy of the address for this ROM alone, near to it; without `keep` tools share one for all.
+  (* keep *)
+  reg @{ address_range }@ address_q = @{ address_width }@'d0;
+  always @(posedge clk_i) address_q <= address_i;
+
+@% endif %@  // @{ rom_note }@
   (* rom_style = "@{ rom_style }@" *)
   reg @{ data_range }@ data_q = @{ width }@'h0;
 
   always @(posedge clk_i) begin
-    case (address_i)
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "@{ rom_style }@" *)
+    case (@{ address }@)
 @% for row in rows %@      @{ row.address }@: data_q <= @{ row.word }@;  // @{ row.comment }@
 @% endfor %@      default: data_q <= @{ width }@'h0;
     endcase

@@ -39,8 +39,8 @@ module @{ module }@ (
 @% for word in high %@    @{ word }@
 @% endfor %@  };
 
-  wire in_valid;
-  wire in_ready;
+  wire in_next;
+  wire in_taken;
   wire in_clipped;
   wire in_error;
   wire @{ box_range }@ in_frame;
@@ -58,28 +58,28 @@ module @{ module }@ (
     .tdata_i      (s_axis_tdata),
     .low_i        (LOW),
     .high_i       (HIGH),
-    .frame_valid_o(in_valid),
-    .frame_ready_i(in_ready),
+    .frame_next_o (in_next),
+    .frame_taken_i(in_taken),
     .frame_o      (in_frame),
     .clipped_o    (in_clipped),
     .error_o      (in_error)
   );
 
   wire out_valid;
-  wire out_ready;
+  wire out_room;
   wire out_saturated;
   wire out_error;
   wire @{ out_range }@ out_frame;
   @{ module }@_mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (aresetn),
-    .frame_valid_i(in_valid),
-    .frame_ready_o(in_ready),
+    .frame_next_i (in_next),
+    .frame_taken_o(in_taken),
     .frame_i      (in_frame),
     .clipped_i    (in_clipped),
     .error_i      (in_error),
+    .room_next_i  (out_room),
     .frame_valid_o(out_valid),
-    .frame_ready_i(out_ready),
     .frame_o      (out_frame),
     .saturated_o  (out_saturated),
     .error_o      (out_error)
@@ -92,8 +92,8 @@ module @{ module }@ (
   ) u_egress (
     .clk_i        (aclk),
     .rst_ni       (aresetn),
+    .room_next_o  (out_room),
     .frame_valid_i(out_valid),
-    .frame_ready_o(out_ready),
     .frame_i      (out_frame),
     .saturated_i  (out_saturated),
     .error_i      (out_error),

@@ -119,7 +119,7 @@ impl Model {
     /// One rising edge of `aclk`.
     pub fn step(&mut self, pins: &Pins) {
         let reset = !pins.reset_n;
-        let leaves = self.stage.valid() && self.egress.ready();
+        let leaves = self.leaves();
         let frame_ready = self.stage.ready();
         let user = if leaves { self.stage.user() } else { 0 };
         let stage = &self.stage;
@@ -139,6 +139,11 @@ impl Model {
             (pins.s_valid, pins.s_last, &pins.s_data),
             frame_ready,
         );
+    }
+
+    /// Whether an answer goes from the stage to the egress in this clock.
+    fn leaves(&self) -> bool {
+        self.stage.valid() && self.egress.ready()
     }
 
     /// Names and widths of all registers, in the order of [`values`](Self::values).
@@ -162,7 +167,11 @@ impl Model {
 
     fn show<P: Probe>(&self, probe: &mut P) {
         within(probe, format_args!("u_ingress"), |p| self.ingress.show(p));
-        within(probe, format_args!("u_mlp"), |p| self.stage.show(p));
+        // The core decides a clock ahead and keeps the decision in registers.
+        let (starts, leaves) = (self.ingress.full() && self.stage.ready(), self.leaves());
+        within(probe, format_args!("u_mlp"), |p| {
+            self.stage.show(starts, leaves, p)
+        });
         within(probe, format_args!("u_egress"), |p| self.egress.show(p));
         // The ports last: where a register differs too, it is the one to be named.
         probe.bit("s_axis_tready", self.ingress.ready());

@@ -303,6 +303,17 @@ pub struct Design {
     schedule: Schedule,
 }
 
+/// The least interval that so many multipliers allow, and what shared layers may take of it.
+fn fastest(
+    net: &QuantNet,
+    multipliers: u32,
+    count: fn(&Layer) -> usize,
+) -> Result<(u32, u32), u32> {
+    let interval = folding::interval_for(net, multipliers, count)?;
+    let shared = folding::shared_interval_for(net, multipliers, interval, count);
+    Ok((shared, interval))
+}
+
 impl Design {
     /// Quantizes, folds and schedules a network.
     ///
@@ -314,7 +325,7 @@ impl Design {
         }
         let device = device::find(options.device.as_deref().unwrap_or(device::GENERIC))?;
         let quant = quantize(net, options)?;
-        let allowed = match options.budget {
+        let (shared, allowed) = match options.budget {
             Budget::Interval(0) => {
                 return Err(DesignError::Budget {
                     option: "interval",
@@ -322,16 +333,17 @@ impl Design {
                     found: 0,
                 });
             }
-            Budget::Interval(interval) => interval,
-            Budget::Multipliers(found) => folding::interval_for(&quant, found, Layer::multipliers)
-                .map_err(|least| DesignError::Budget {
+            Budget::Interval(interval) => (interval, interval),
+            Budget::Multipliers(found) => {
+                fastest(&quant, found, Layer::multipliers).map_err(|least| DesignError::Budget {
                     option: "multipliers",
                     least,
                     found,
-                })?,
+                })?
+            }
             Budget::Device => {
                 let found = device.multipliers.unwrap_or(0);
-                folding::interval_for(&quant, found, Layer::all_multipliers).map_err(|least| {
+                fastest(&quant, found, Layer::all_multipliers).map_err(|least| {
                     DesignError::TooSmall {
                         device: device.name.clone(),
                         least,
@@ -340,7 +352,7 @@ impl Design {
                 })?
             }
         };
-        let mut perceptron = folding::fold(&quant, to_usize(allowed));
+        let mut perceptron = folding::fold(&quant, to_usize(shared), to_usize(allowed));
         let interval = perceptron
             .layers()
             .map(|l| l.folds().max(l.array_beats()))

@@ -37,6 +37,8 @@ pub struct Device {
     pub multipliers: Option<u32>,
     /// Bits of either operand of a multiplier, sign included.
     pub multiplier_bits: Option<u32>,
+    /// Most words of a ROM that goes to logic; deeper ones go to block memories.
+    pub logic_rom_words: u32,
     /// Block memories.
     pub block_rams: Option<u32>,
     /// Bits of a block memory.
@@ -122,6 +124,7 @@ struct FamilyFile {
     family: Family,
     multiplier_bits: Option<u32>,
     block_ram_bits: Option<u32>,
+    logic_rom_words: u32,
     place: Option<Place>,
     device: Vec<Entry>,
 }
@@ -179,6 +182,7 @@ pub fn all() -> &'static [Device] {
                     multiplier_bits: family.multiplier_bits,
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
+                    logic_rom_words: family.logic_rom_words,
                     place: family.place.clone().map(|mut place| {
                         place.arguments.splice(0..0, entry.arguments);
                         place

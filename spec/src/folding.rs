@@ -17,12 +17,14 @@ pub struct Fold {
 /// What a multiplier is worth in register bits when foldings are compared.
 const MULTIPLIER_COST: usize = 200;
 
-/// The cheapest folding of every layer that takes at most `interval` cycles a frame.
-pub fn fold(net: &QuantNet, interval: usize) -> Perceptron {
+/// The cheapest folding of every layer that takes at most `interval` cycles a frame, or `shared`
+/// where all networks wait for it.
+pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
+    let front = shared;
     let mut shared: Vec<Layer> = Vec::new();
     for layer in &net.shared {
         let before = shared.last().map(|l| l.lanes);
-        shared.push(fold_layer(layer, before, interval));
+        shared.push(fold_layer(layer, before, front));
     }
     let before = shared.last().map(|l| l.lanes);
     let networks = net
@@ -65,7 +67,7 @@ pub fn interval_for(
     multipliers: u32,
     count: fn(&Layer) -> usize,
 ) -> Result<u32, u32> {
-    let used = |interval: u32| -> usize { fold(net, to_usize(interval)).layers().map(count).sum() };
+    let used = |interval: u32| used(net, interval, interval, count);
     let layers = || {
         net.shared
             .iter()
@@ -95,6 +97,26 @@ pub fn interval_for(
         }
     }
     Ok(low)
+}
+
+/// The fewest cycles that shared layers can take with so many multipliers and an interval of all.
+///
+/// A frame waits for one shared layer after the other, so that multipliers which the interval
+/// leaves over make the latency shorter there.
+pub fn shared_interval_for(
+    net: &QuantNet,
+    multipliers: u32,
+    interval: u32,
+    count: fn(&Layer) -> usize,
+) -> u32 {
+    let fits = |shared: &u32| used(net, *shared, interval, count) <= to_usize(multipliers);
+    (1..interval).find(fits).unwrap_or(interval)
+}
+
+/// Multipliers of a folding.
+fn used(net: &QuantNet, shared: u32, interval: u32, count: fn(&Layer) -> usize) -> usize {
+    let plan = fold(net, to_usize(shared), to_usize(interval));
+    plan.layers().map(count).sum()
 }
 
 /// `before`: lanes of the layer in front, if one streams into this one.
@@ -188,15 +210,20 @@ mod tests {
         let net = quantize(&weights::read(text).unwrap(), &Options::default()).unwrap();
         let counts: [fn(&Layer) -> usize; 2] = [Layer::multipliers, Layer::all_multipliers];
         for count in counts {
-            let used = |interval: u32| -> usize {
-                let plan = fold(&net, to_usize(interval));
-                plan.layers().map(count).sum()
-            };
+            let used = |interval: u32| used(&net, interval, interval, count);
             for multipliers in [40, 156] {
                 let found = interval_for(&net, multipliers, count).unwrap();
                 assert!(used(found) <= to_usize(multipliers));
                 assert!((1..found).all(|less| used(less) > to_usize(multipliers)));
             }
+            let interval = interval_for(&net, 156, count).unwrap();
+            let shared = shared_interval_for(&net, 156, interval, count);
+            let used = |shared: u32| super::used(&net, shared, interval, count);
+            assert!(
+                shared <= interval
+                    && used(shared) <= 156
+                    && (1..shared).all(|less| used(less) > 156)
+            );
             let least = interval_for(&net, 1, count).unwrap_err();
             assert!(interval_for(&net, least, count).is_ok());
             assert!(interval_for(&net, least - 1, count).is_err());

@@ -7,12 +7,15 @@ use serde::Serialize;
 
 use crate::design::{Feed, Layer, Perceptron, Port};
 
+/// Cycles in which every weight ROM takes a copy of the address and every processing element one
+/// of the operands.
+pub const COPY_LATENCY: usize = 1;
 /// Cycles from a ROM's address to its registered word.
 pub const ROM_LATENCY: usize = 1;
 /// Cycles from a multiplier's operands to its registered product.
 pub const MULTIPLIER_LATENCY: usize = 2;
 /// Cycles from a sum to its requantized word, a neuron's own shift not counted.
-pub const REQUANT_LATENCY: usize = 3;
+pub const REQUANT_LATENCY: usize = 4;
 /// Cycles of the stage that undoes a neuron's own shift.
 pub const EXTRA_SHIFT_LATENCY: usize = 1;
 /// Cycles of the activation unit: magnitude, segment, product, sum, sign.
@@ -40,8 +43,8 @@ impl Schedule {
             .chain([source.beats(), sink.beats()])
             .max()
             .expect("there are streams");
-        // The frame is whole one cycle after its last beat left the input slice.
-        let start = source.beats() + 1;
+        // The last beat meets its bounds, is compared with them, completes the frame.
+        let start = source.beats() + 3;
         let mut beats: Option<Vec<usize>> = None;
         for layer in &stage.shared {
             beats = Some(output_times(layer, beats.as_deref(), start));
@@ -100,7 +103,11 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
 
 /// Cycles from an operand to its sum at the foot of the array.
 pub fn sum_latency(layer: &Layer) -> usize {
-    ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels() + usize::from(layer.accumulates())
+    COPY_LATENCY
+        + ROM_LATENCY
+        + MULTIPLIER_LATENCY
+        + layer.tree_levels()
+        + usize::from(layer.accumulates())
 }
 
 /// Cycles from a sum to the layer's output word.

@@ -50,7 +50,7 @@ pub fn train(scene: &Scene, recipe: Recipe) -> Result<Trained> {
     let sampler = Sampler::new(scene, NoiseShape::Gaussian, SEED)?;
     let mut training = Training::new(&sampler, recipe, SEED);
     let start = Instant::now();
-    while training.epoch()?.is_some() {}
+    while training.epoch()? {}
     Ok(Trained {
         net: training.net(),
         seconds: start.elapsed().as_secs_f64(),

@@ -111,7 +111,7 @@ impl Recipe {
     pub fn best() -> Self {
         Self {
             hidden: 256,
-            samples: 25_000,
+            samples: 30_000,
             noise_px: vec![
                 0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 3.0, 5.0,
             ],
@@ -143,11 +143,11 @@ impl Recipe {
     /// How much a sample's squared error counts for its noise.
     ///
     /// What cannot be known grows with the noise; an error of the network on top of it matters as
-    /// far as it is not small against that.
+    /// far as it is not small against that. With so much noise it counts half.
     pub(super) fn noise_weight(&self, noise_px: f64) -> f64 {
-        const KNEE_PX: f64 = 0.3;
+        const HALF_PX: f64 = 1.0;
         if self.relative {
-            1.0 / (KNEE_PX + noise_px)
+            1.0 / (1.0 + noise_px / HALF_PX)
         } else {
             1.0
         }

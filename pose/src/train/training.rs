@@ -128,22 +128,27 @@ impl<'a> Training<'a> {
         })
     }
 
-    /// One epoch of the first network that has not ended; its index, or `None` if both have.
+    /// One epoch of both networks at once, but of none that has ended; false if both have.
     ///
     /// # Errors
     /// If the training diverges.
-    pub fn epoch(&mut self) -> Result<Option<usize>, Diverged> {
+    pub fn epoch(&mut self) -> Result<bool, Diverged> {
         let Checkpoint {
             recipe, learners, ..
         } = &mut self.checkpoint;
-        for (k, learner) in learners.iter_mut().enumerate() {
-            if learner.stop().is_none() {
-                let task = &self.tasks[k];
-                learner.epoch(recipe, &task.train, &task.validation)?;
-                return Ok(Some(k));
-            }
+        if learners.iter().all(|learner| learner.stop().is_some()) {
+            return Ok(false);
         }
-        Ok(None)
+        let [first, second] = learners;
+        let epoch = |learner: &mut Learner, task: &Task| {
+            learner.epoch(recipe, &task.train, &task.validation)
+        };
+        // What one network does on one thread leaves the other threads to the other.
+        let (one, other) = rayon::join(
+            || epoch(first, &self.tasks[0]),
+            || epoch(second, &self.tasks[1]),
+        );
+        one.and(other).map(|()| true)
     }
 
     /// The state, to be kept.

@@ -2,7 +2,7 @@
 
 use hwgen_spec::design::Layer;
 
-use super::probe::{Probe, counter_bits, within};
+use super::probe::{Probe, address_bits, counter_bits, within};
 
 /// One word of four processing elements.
 ///
@@ -10,9 +10,12 @@ use super::probe::{Probe, counter_bits, within};
 /// here: sums have at most 52 bits.
 type Row = [f64; 4];
 
+/// Age of a product.
+const FOOT: usize = 3;
+
 /// All processing elements of a layer, each with its weight ROM, and the operands in front of them.
 ///
-/// Nothing from `operands_q` and the ROMs' `data_q` down to the foot of the adder trees has an
+/// Nothing from `operands_q` and the ROMs' `address_q` down to the foot of the adder trees has an
 /// enable or a reset: what stands there `age` clocks behind is a function of the operands and the
 /// ROM address of `age` clocks ago. So these, the history of the first two registers, are all
 /// that is kept, and the foot is one dot product an element, taken when somebody reads it.
@@ -20,12 +23,14 @@ type Row = [f64; 4];
 ///
 /// | age | registers |
 /// |---|---|
-/// | 0 | `operands_q`, `data_q` |
-/// | 1 | `a_q`, `b_q` |
-/// | 2 | `p_q` |
-/// | 2 + k | `sum_q` of level k, the last one being the foot |
+/// | 0 | `operands_q` of the layer, `address_q` of each ROM |
+/// | 1 | `operands_q` of each element, `data_q` of each ROM |
+/// | 2 | `a_q`, `b_q` |
+/// | 3 | `p_q` |
+/// | 3 + k | `sum_q` of level k, the last one being the foot |
 ///
-/// At power-up the history is of zeros, and so is all that comes of it.
+/// At power-up the history is of zeros, and so is all that comes of it; only the first word that
+/// leaves a ROM is that of address 0.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
@@ -33,6 +38,7 @@ pub(super) struct Array {
     x_bits: u32,
     w_bits: u32,
     sum_bits: u32,
+    folds: usize,
     levels: usize,
     /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
     /// zero; word 0 is the zero of power-up.
@@ -73,11 +79,14 @@ impl Array {
             x_bits: layer.quant.input.width(),
             w_bits: layer.quant.weight_format.width(),
             sum_bits: layer.quant.sum_width,
+            folds: layer.folds(),
             levels,
             weights,
             blocks,
-            operands: vec![0.0; (levels + 3) * simd],
-            words: vec![0; levels + 3],
+            operands: vec![0.0; (levels + 4) * simd],
+            words: std::iter::once(1)
+                .chain(std::iter::repeat_n(0, levels + 3))
+                .collect(),
             newest: 0,
             accumulators: layer.accumulates().then(|| vec![zero; blocks]),
         }
@@ -105,7 +114,7 @@ impl Array {
             }
             return;
         }
-        let (operands, weights) = self.history(2 + self.levels);
+        let (operands, weights) = self.history(FOOT + self.levels);
         let (blocks, rest) = sums.as_chunks_mut::<4>();
         let mut at = 0;
         for block in blocks {
@@ -130,7 +139,7 @@ impl Array {
         first: bool,
     ) {
         if enable && let Some(mut accumulators) = self.accumulators.take() {
-            let (operands, weights) = self.history(2 + self.levels);
+            let (operands, weights) = self.history(FOOT + self.levels);
             let mut at = 0;
             for sum in &mut accumulators {
                 let foot = dot(operands, &weights[at..]);
@@ -148,9 +157,9 @@ impl Array {
         }
     }
 
-    /// What `operands_q` holds.
-    pub(super) fn show_operands<P: Probe>(&self, probe: &mut P) {
-        let operands: Vec<i64> = self.history(0).0.iter().copied().map(code).collect();
+    /// What `operands_q` holds: of the layer at age 0, of an element at age 1.
+    pub(super) fn show_operands<P: Probe>(&self, age: usize, probe: &mut P) {
+        let operands: Vec<i64> = self.history(age).0.iter().copied().map(code).collect();
         probe.words("operands_q", self.x_bits, &operands);
     }
 
@@ -166,11 +175,14 @@ impl Array {
                 let pairs = operands.iter().zip(weights(age));
                 pairs.map(|(a, b)| code(*a) * b).collect()
             };
-            let (a, b, p_q) = (self.history(1).0, weights(1), products(2));
+            let (a, b, p_q) = (self.history(2).0, weights(2), products(3));
             within(probe, format_args!("u_w{p}"), |probe| {
-                probe.words("data_q", self.w_bits, &weights(0))
+                let address = self.words[self.newest].saturating_sub(1);
+                probe.count("address_q", address_bits(self.folds), address);
+                probe.words("data_q", self.w_bits, &weights(1));
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
+                self.show_operands(1, probe);
                 for s in 0..self.simd {
                     within(probe, format_args!("g_mul[{s}]"), |probe| {
                         within(probe, format_args!("u_mul"), |probe| {
@@ -183,7 +195,7 @@ impl Array {
                 let mut bits = self.x_bits + self.w_bits;
                 for level in 1..=self.levels {
                     bits = (bits + 1).min(self.sum_bits);
-                    let sums = (0..level).fold(products(2 + level), |words, _| halve(&words));
+                    let sums = (0..level).fold(products(FOOT + level), |words, _| halve(&words));
                     within(probe, format_args!("u_level{level}"), |probe| {
                         probe.words("sum_q", bits, &sums);
                     });

@@ -22,7 +22,8 @@ use super::probe::{Probe, address_bits, within};
 /// | 0 | `sum_q`, `data_q` |
 /// | 1 | `biased_q`, `extra_q` |
 /// | 2 | `shifted_q`, only where a neuron has a shift of its own |
-/// | 2 or 3 | `word_q` |
+/// | 2 or 3 | `value_q`, `negative_q`, `beyond_q` |
+/// | 3 or 4 | `word_q` |
 #[derive(Clone, Debug)]
 pub(super) struct Requant {
     lanes: usize,
@@ -80,7 +81,7 @@ impl Requant {
         });
         let zero = std::iter::repeat_n(Entry::default(), layer.lanes);
         let extra_bits = extra_shift_width(quant);
-        let stages = if extra_bits > 0 { 4 } else { 3 };
+        let stages = if extra_bits > 0 { 5 } else { 4 };
         let pre = quant.pre;
         let odd = matches!(quant.activation, Activation::Tanh | Activation::Sigmoid);
         Self {
@@ -177,6 +178,18 @@ impl Requant {
         }
     }
 
+    /// Whether a word does not hold a value: then it is clamped, unless it is a negative one that
+    /// becomes zero.
+    fn beyond(&self, value: i64) -> bool {
+        // What is clamped to is not the least word where the function is odd.
+        let least = if self.relu == 0 {
+            self.low
+        } else {
+            -self.high - 1
+        };
+        value < least || value > self.high
+    }
+
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         let entries = |age| &self.entries[self.roms[self.slot(age)] * self.lanes..][..self.lanes];
         let sums = |age| &self.sums[self.slot(age) * self.lanes..][..self.lanes];
@@ -209,6 +222,12 @@ impl Requant {
                             probe.word("shifted_q", self.biased_bits, shifted);
                         });
                     }
+                    let held = self.stages - 2;
+                    let value = biased(held, lane) >> entries(held)[lane].shift;
+                    let bits = 64 - self.word_bits;
+                    probe.word("value_q", self.word_bits, value << bits >> bits);
+                    probe.bit("negative_q", value < 0);
+                    probe.bit("beyond_q", self.beyond(value));
                     probe.word("word_q", self.word_bits, *word);
                 });
             }

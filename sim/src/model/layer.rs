@@ -1,7 +1,7 @@
 //! One layer: its feed, its array, what comes behind the sums.
 
 use hwgen_spec::design::{Feed, Layer};
-use hwgen_spec::schedule::{ACTIVATION_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
+use hwgen_spec::schedule::{ACTIVATION_LATENCY, COPY_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
 
 use super::array::{Array, Drain, Group, real};
 use super::feed::{Beats, Control, Replay};
@@ -52,7 +52,7 @@ impl LayerModel {
             },
             control: Delay::new(
                 if layer.accumulates() { 4 } else { 2 },
-                ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
+                COPY_LATENCY + ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
             ),
             array: Array::new(layer),
             group: layer.accumulates().then(Group::default),
@@ -164,7 +164,7 @@ impl LayerModel {
                     within(probe, format_args!("u_beats"), |p| beats.show(p));
                 }
             }
-            self.array.show_operands(probe);
+            self.array.show_operands(0, probe);
             within(probe, format_args!("u_control"), |p| self.control.show(p));
             self.array.show(probe);
             if let Some(group) = &self.group {
@@ -195,7 +195,7 @@ struct Delay {
 }
 
 impl Delay {
-    /// At most 4 bits for 15 clocks: an array of the widest layer.
+    /// At most 4 bits for 16 clocks: an array of the widest layer.
     fn new(width: u32, depth: usize) -> Self {
         let depth = u32::try_from(depth).expect("a small number");
         assert!(width * depth <= 64, "{width} bits for {depth} clocks");

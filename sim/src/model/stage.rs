@@ -170,7 +170,13 @@ impl StageModel {
         self.admit.step(reset, start, leaves);
     }
 
-    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+    /// `starts`, `leaves`: whether a frame does so in this clock.
+    pub(super) fn show<P: Probe>(&self, starts: bool, leaves: bool, probe: &mut P) {
+        probe.bit("start_q", starts);
+        probe.bit("leave_q", leaves);
+        for (name, ..) in &self.answers {
+            probe.bit(&format!("{name}_leave_q"), leaves);
+        }
         within(probe, format_args!("u_admit"), |p| self.admit.show(p));
         within(probe, format_args!("u_frames"), |p| self.frames.show(p));
         for node in &self.nodes {

@@ -84,14 +84,59 @@ impl Fifo {
 #[derive(Clone, Debug)]
 pub(super) struct Ingress {
     input: InputFormat,
+    lane_bits: u32,
     beat_words: usize,
     beats: usize,
     slice: Fifo,
     index: usize,
+    /// The beat that has met its bounds.
+    bound: Beat,
+    /// The beat that was compared with them.
+    compared: Beat,
     words: Vec<i64>,
     full: bool,
     clipped: bool,
     error: bool,
+}
+
+/// A beat on its way into a frame.
+#[derive(Clone, Debug)]
+struct Beat {
+    valid: bool,
+    last: bool,
+    /// Its number in the frame.
+    number: usize,
+    lanes: Vec<Lane>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Lane {
+    value: i64,
+    low: i64,
+    high: i64,
+    /// Whether the lane carries a word.
+    used: bool,
+}
+
+impl Beat {
+    fn new(lanes: usize) -> Self {
+        Self {
+            valid: false,
+            last: false,
+            number: 0,
+            lanes: vec![Lane::default(); lanes],
+        }
+    }
+}
+
+impl Lane {
+    fn below(&self) -> bool {
+        self.used && self.value < self.low
+    }
+
+    fn above(&self) -> bool {
+        self.used && self.value > self.high
+    }
 }
 
 impl Ingress {
@@ -101,10 +146,13 @@ impl Ingress {
         widths.push(1);
         Self {
             input: input.clone(),
+            lane_bits,
             beat_words,
             beats: words.div_ceil(beat_words),
             slice: Fifo::new(&widths, 2),
             index: 0,
+            bound: Beat::new(beat_words),
+            compared: Beat::new(beat_words),
             words: vec![0; words],
             full: false,
             clipped: false,
@@ -145,44 +193,107 @@ impl Ingress {
         frame_ready: bool,
     ) {
         let room = !self.full || frame_ready;
-        let take = self.slice.valid() && room;
-        let mut full = self.full && !frame_ready;
-        let mut index = self.index;
-        if take {
-            let head = self.slice.head();
-            let ends = head[self.beat_words] != 0;
-            let first = self.index == 0;
-            let mut outside = false;
-            let base = self.index * self.beat_words;
-            if first {
-                self.words.copy_from_slice(&self.input.low);
-            }
-            for (lane, value) in head[..self.beat_words].iter().enumerate() {
-                let word = base + lane;
-                if self.index < self.beats && word < self.words.len() {
-                    let inside = (*value).clamp(self.input.low[word], self.input.high[word]);
-                    outside |= inside != *value;
-                    self.words[word] = inside;
-                }
-            }
-            self.clipped = (self.clipped && !first) || outside;
-            self.error = self.index != self.beats - 1;
-            index = if ends { 0 } else { (index + 1).min(self.beats) };
-            full |= ends;
+        let moves = !self.compared.valid || room;
+        let takes = self.slice.valid() && moves;
+        let puts = self.compared.valid && room;
+        self.full = !reset && (puts && self.compared.last || self.full && !frame_ready);
+        if puts {
+            self.put();
+        }
+        if moves {
+            self.advance();
+        }
+        if takes {
+            let ends = self.slice.head()[self.beat_words] != 0;
+            self.index = if ends {
+                0
+            } else {
+                (self.index + 1).min(self.beats)
+            };
+        }
+        if reset {
+            self.index = 0;
+            self.bound.valid = false;
+            self.compared.valid = false;
         }
         let beat_words = self.beat_words;
-        self.slice.step(reset, valid, room, |slot| {
+        self.slice.step(reset, valid, moves, |slot| {
             slot[..beat_words].copy_from_slice(data);
             slot[beat_words] = i64::from(last);
         });
-        self.index = if reset { 0 } else { index };
-        self.full = !reset && full;
+    }
+
+    /// The beat that was compared goes into the frame.
+    fn put(&mut self) {
+        let beat = &self.compared;
+        let first = beat.number == 0;
+        if first {
+            self.words.copy_from_slice(&self.input.low);
+        }
+        let base = beat.number * self.beat_words;
+        let mut outside = false;
+        for (lane, word) in beat.lanes.iter().zip(self.words.iter_mut().skip(base)) {
+            // Without bounds that were set, as long as a lane carries no word.
+            outside |= lane.below() || lane.above();
+            *word = if lane.below() {
+                lane.low
+            } else if lane.above() {
+                lane.high
+            } else {
+                lane.value
+            };
+        }
+        self.clipped = (self.clipped && !first) || outside;
+        self.error = beat.number != self.beats - 1;
+    }
+
+    /// All beats move on by a stage.
+    fn advance(&mut self) {
+        std::mem::swap(&mut self.bound, &mut self.compared);
+        let head = self.slice.head();
+        let input = &self.input;
+        let bound = &mut self.bound;
+        bound.valid = self.slice.valid();
+        bound.last = head[self.beat_words] != 0;
+        bound.number = self.index;
+        let base = self.index * self.beat_words;
+        for (at, (lane, value)) in bound.lanes.iter_mut().zip(head).enumerate() {
+            let bounds = input.low.get(base + at).zip(input.high.get(base + at));
+            *lane = Lane {
+                value: *value,
+                low: bounds.map_or(0, |(low, _)| *low),
+                high: bounds.map_or(0, |(_, high)| *high),
+                used: bounds.is_some(),
+            };
+        }
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         within(probe, format_args!("u_slice"), |p| self.slice.show(p));
-        probe.count("index_q", counter_bits(self.beats), self.index);
-        probe.words("word_q", self.input.format.width(), &self.words);
+        let (bits, width) = (counter_bits(self.beats), self.input.format.width());
+        let (bound, compared) = (&self.bound, &self.compared);
+        probe.count("index_q", bits, self.index);
+        probe.count("beat_q", bits, bound.number);
+        probe.count("beat_q2", bits, compared.number);
+        probe.bit("valid_q", bound.valid);
+        probe.bit("valid_q2", compared.valid);
+        probe.bit("last_q", bound.last);
+        probe.bit("last_q2", compared.last);
+        for (j, (first, second)) in bound.lanes.iter().zip(&compared.lanes).enumerate() {
+            within(probe, format_args!("g_lane[{j}]"), |probe| {
+                probe.word("value_q", self.lane_bits, first.value);
+                probe.word("low_q", width, first.low);
+                probe.word("high_q", width, first.high);
+                probe.bit("used_q", first.used);
+                let above = 64 - width;
+                probe.word("value_q2", width, second.value << above >> above);
+                probe.word("low_q2", width, second.low);
+                probe.word("high_q2", width, second.high);
+                probe.bit("below_q2", second.below());
+                probe.bit("above_q2", second.above());
+            });
+        }
+        probe.words("word_q", width, &self.words);
         probe.bit("full_q", self.full);
         probe.bit("clipped_q", self.clipped);
         probe.bit("error_q", self.error);
@@ -233,7 +344,6 @@ impl Admit {
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.count("gap_q", counter_bits(self.interval), self.gap);
         probe.count("credit_q", counter_bits(self.credits), self.credit);
-        probe.bit("ready_q", self.ready);
     }
 }
 

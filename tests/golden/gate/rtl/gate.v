@@ -9,7 +9,7 @@
 //            A word is an integer; divided by 2^n it is the value in its unit (format Qm.n).
 //            m_axis_tuser[0]: an input was outside of its bounds, or a word inside was clipped;
 //            m_axis_tuser[1]: the input frame was too short or too long.
-// Latency:   45 clocks from the edge that takes the first input beat to the edge that hands over
+// Latency:   51 clocks from the edge that takes the first input beat to the edge that hands over
 //            the last output beat; a frame every 7 clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
 // Reset:     aresetn, synchronous, active low; frames under way are dropped.
@@ -43,8 +43,8 @@ module gate (
     16'h4000  // in0: 1
   };
 
-  wire in_valid;
-  wire in_ready;
+  wire in_next;
+  wire in_taken;
   wire in_clipped;
   wire in_error;
   wire [47:0] in_frame;
@@ -62,28 +62,28 @@ module gate (
     .tdata_i      (s_axis_tdata),
     .low_i        (LOW),
     .high_i       (HIGH),
-    .frame_valid_o(in_valid),
-    .frame_ready_i(in_ready),
+    .frame_next_o (in_next),
+    .frame_taken_i(in_taken),
     .frame_o      (in_frame),
     .clipped_o    (in_clipped),
     .error_o      (in_error)
   );
 
   wire out_valid;
-  wire out_ready;
+  wire out_room;
   wire out_saturated;
   wire out_error;
   wire [31:0] out_frame;
   gate_mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (aresetn),
-    .frame_valid_i(in_valid),
-    .frame_ready_o(in_ready),
+    .frame_next_i (in_next),
+    .frame_taken_o(in_taken),
     .frame_i      (in_frame),
     .clipped_i    (in_clipped),
     .error_i      (in_error),
+    .room_next_i  (out_room),
     .frame_valid_o(out_valid),
-    .frame_ready_i(out_ready),
     .frame_o      (out_frame),
     .saturated_o  (out_saturated),
     .error_o      (out_error)
@@ -96,8 +96,8 @@ module gate (
   ) u_egress (
     .clk_i        (aclk),
     .rst_ni       (aresetn),
+    .room_next_o  (out_room),
     .frame_valid_i(out_valid),
-    .frame_ready_o(out_ready),
     .frame_i      (out_frame),
     .saturated_i  (out_saturated),
     .error_i      (out_error),

@@ -4,7 +4,7 @@
 // Function:  y = sigmoid(W x + b): 1 neuron x 3 inputs a clock, 7 clocks a frame;
 //            the vector is held and offered 7 times, once for each group of neurons.
 // Format:    x Q1.14, W Q0.9, y Q0.12 (13 bits).
-// Latency:   5 clocks from an operand to its sum, 9 from a sum to its word.
+// Latency:   6 clocks from an operand to its sum, 10 from a sum to its word.
 // Overflow:  sums can't; the argument is clipped to +-(8 - 2^-10), part of sigmoid, and raises no flag.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -49,16 +49,16 @@ module gate_net_l0 (
     .address_o(address)
   );
 
-  // The operands wait for the weight ROMs.
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
   reg [47:0] operands_q = {48{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree.
   wire sums_valid;
   wire sums_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(5)
+    .DEPTH(6)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

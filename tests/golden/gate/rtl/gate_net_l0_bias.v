@@ -18,6 +18,8 @@ module gate_net_l0_bias (
   reg [27:0] data_q = 28'h0;
 
   always @(posedge clk_i) begin
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "logic" *)
     case (address_i)
       3'd0: data_q <= 28'h03442ca;  // neuron 0
       3'd1: data_q <= 28'h0376f70;  // neuron 1

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight.
 // Format:    operands Q1.14, weights Q0.9,
 //            products 26 bits, sums 26 bits, all exact.
-// Latency:   4 clocks from operands and weights to sum_o.
+// Latency:   5 clocks from operands to sum_o; weights come a clock after their operands.
 // Overflow:  impossible: 26 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -18,6 +18,12 @@ module gate_net_l0_pe (
   input  wire [29:0] weights_i,
   output wire [25:0] sum_o
 );
+  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
+  // share one for all.
+  (* keep *)
+  reg [47:0] operands_q = {48{1'b0}};
+  always @(posedge clk_i) operands_q <= operands_i;
+
   wire [77:0] products;
 
   genvar i;
@@ -28,7 +34,7 @@ module gate_net_l0_pe (
         .B_WIDTH(10)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_i[i*16 +: 16]),
+        .a_i  (operands_q[i*16 +: 16]),
         .b_i  (weights_i[i*10 +: 10]),
         .p_o  (products[i*26 +: 26])
       );

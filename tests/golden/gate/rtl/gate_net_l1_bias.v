@@ -18,6 +18,8 @@ module gate_net_l1_bias (
   reg [25:0] data_q = 26'h0;
 
   always @(posedge clk_i) begin
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "logic" *)
     case (address_i)
       1'd0: data_q <= 26'h0156d44;  // neuron 0
       1'd1: data_q <= 26'h3f8fb66;  // neuron 1

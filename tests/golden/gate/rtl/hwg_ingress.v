@@ -5,7 +5,7 @@
 //            is clipped to low_i[w] .. high_i[w]. Missing words take the value low_i, words beyond
 //            the last are dropped; either raises error_o and leaves the next frame alone.
 // Format:    lanes are sign-extended words; words are signed and WIDTH bits wide.
-// Latency:   the frame is offered 1 clock after its last beat was taken; a frame every BEATS clocks.
+// Latency:   the frame is offered 3 clocks after its last beat was taken; a frame every BEATS clocks.
 // Overflow:  clipped_o tells that a word was outside of its bounds.
 // Reset:     drops the frame that is being gathered.
 // Model:     hwgen: sim/src/model/stream.rs, Ingress
@@ -25,8 +25,8 @@ module hwg_ingress #(
   input  wire [BEAT_WORDS*LANE_WIDTH-1:0] tdata_i,
   input  wire [WORDS*WIDTH-1:0]           low_i,
   input  wire [WORDS*WIDTH-1:0]           high_i,
-  output wire                             frame_valid_o,
-  input  wire                             frame_ready_i,
+  output wire                             frame_next_o,   // a frame stands in frame_o after this edge
+  input  wire                             frame_taken_i,  // the one that stands there is taken
   output wire [WORDS*WIDTH-1:0]           frame_o,
   output wire                             clipped_o,
   output wire                             error_o
@@ -39,29 +39,74 @@ module hwg_ingress #(
   wire                             beat_last;
   wire [BEAT_WORDS*LANE_WIDTH-1:0] beat_data;
 
-  reg [INDEX_WIDTH-1:0] index_q   = {INDEX_WIDTH{1'b0}};  // beat of the frame; BEATS: too long
+  // The beat at the slice's head, with its bounds, and compared with them: _q, _q2.
+  reg [INDEX_WIDTH-1:0] index_q  = {INDEX_WIDTH{1'b0}};  // of the beat at the head; BEATS: too long
+  reg [INDEX_WIDTH-1:0] beat_q   = {INDEX_WIDTH{1'b0}};
+  reg [INDEX_WIDTH-1:0] beat_q2  = {INDEX_WIDTH{1'b0}};
+  reg                   valid_q  = 1'b0;
+  reg                   valid_q2 = 1'b0;
+  reg                   last_q   = 1'b0;
+  reg                   last_q2  = 1'b0;
+
+  // The frame.
   reg [WORDS*WIDTH-1:0] word_q    = {WORDS*WIDTH{1'b0}};
   reg                   full_q    = 1'b0;
   reg                   clipped_q = 1'b0;
   reg                   error_q   = 1'b0;
 
-  wire room  = ~full_q | frame_ready_i;
-  wire take  = beat_valid & room;
-  wire first = index_q == {INDEX_WIDTH{1'b0}};
+  wire room  = ~full_q | frame_taken_i;
+  wire move  = ~valid_q2 | room;
+  wire take  = beat_valid & move;
+  wire put   = valid_q2 & room;
+  wire first = beat_q2 == {INDEX_WIDTH{1'b0}};
 
+  wire unused_ready_next;
+  wire unused_valid_next;
   hwg_fifo #(
     .WIDTH(1 + BEAT_WORDS*LANE_WIDTH),
     .DEPTH(2)
   ) u_slice (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(tvalid_i),
-    .ready_o(tready_o),
-    .data_i ({tlast_i, tdata_i}),
-    .valid_o(beat_valid),
-    .ready_i(room),
-    .data_o ({beat_last, beat_data})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (tvalid_i),
+    .ready_o     (tready_o),
+    .ready_next_o(unused_ready_next),
+    .data_i      ({tlast_i, tdata_i}),
+    .valid_o     (beat_valid),
+    .valid_next_o(unused_valid_next),
+    .ready_i     (move),
+    .data_o      ({beat_last, beat_data})
   );
+
+  wire full_d = (put & last_q2) | (full_q & ~frame_taken_i);
+
+  always @(posedge clk_i) begin
+    if (!rst_ni) begin
+      index_q  <= {INDEX_WIDTH{1'b0}};
+      valid_q  <= 1'b0;
+      valid_q2 <= 1'b0;
+      full_q   <= 1'b0;
+    end else begin
+      if (take) begin
+        if (beat_last)                              index_q <= {INDEX_WIDTH{1'b0}};
+        else if (index_q != BEATS[INDEX_WIDTH-1:0]) index_q <= index_q + 1'b1;
+      end
+      if (move) begin
+        valid_q  <= beat_valid;
+        valid_q2 <= valid_q;
+      end
+      full_q <= full_d;
+    end
+  end
+
+  always @(posedge clk_i) begin
+    if (move) begin
+      beat_q  <= index_q;
+      beat_q2 <= beat_q;
+      last_q  <= beat_last;
+      last_q2 <= last_q;
+    end
+  end
 
   // Each lane is compared with the bounds of the word that it carries in this beat.
   wire [BEAT_WORDS*WIDTH-1:0] bounded;
@@ -69,52 +114,58 @@ module hwg_ingress #(
   genvar j;
   generate
     for (j = 0; j < BEAT_WORDS; j = j + 1) begin : g_lane
-      wire signed [LANE_WIDTH-1:0] value = beat_data[j*LANE_WIDTH +: LANE_WIDTH];
-      reg  signed [LANE_WIDTH-1:0] low;
-      reg  signed [LANE_WIDTH-1:0] high;
-      reg                          used;
-      integer                      w;
+      reg [WIDTH-1:0] low;
+      reg [WIDTH-1:0] high;
+      reg             used;
+      integer         w;
       always @* begin
-        low  = {LANE_WIDTH{1'b0}};
-        high = {LANE_WIDTH{1'b0}};
+        low  = {WIDTH{1'b0}};
+        high = {WIDTH{1'b0}};
         used = 1'b0;
         for (w = j; w < WORDS; w = w + BEAT_WORDS) begin
           if ({{(32-INDEX_WIDTH){1'b0}}, index_q} == w / BEAT_WORDS) begin
-            low  = {{(LANE_WIDTH-WIDTH+1){low_i[w*WIDTH+WIDTH-1]}}, low_i[w*WIDTH +: WIDTH-1]};
-            high = {{(LANE_WIDTH-WIDTH+1){high_i[w*WIDTH+WIDTH-1]}}, high_i[w*WIDTH +: WIDTH-1]};
+            low  = low_i[w*WIDTH +: WIDTH];
+            high = high_i[w*WIDTH +: WIDTH];
             used = 1'b1;
           end
         end
       end
-      wire below = value < low;
-      wire above = value > high;
-      assign outside[j] = used & (below | above);
-      assign bounded[j*WIDTH +: WIDTH] = below ? low[WIDTH-1:0] :
-                                         above ? high[WIDTH-1:0] : value[WIDTH-1:0];
+
+      reg signed [LANE_WIDTH-1:0] value_q  = {LANE_WIDTH{1'b0}};
+      reg signed [WIDTH-1:0]      low_q    = {WIDTH{1'b0}};
+      reg signed [WIDTH-1:0]      high_q   = {WIDTH{1'b0}};
+      reg                         used_q   = 1'b0;
+      reg        [WIDTH-1:0]      value_q2 = {WIDTH{1'b0}};
+      reg        [WIDTH-1:0]      low_q2   = {WIDTH{1'b0}};
+      reg        [WIDTH-1:0]      high_q2  = {WIDTH{1'b0}};
+      reg                         below_q2 = 1'b0;
+      reg                         above_q2 = 1'b0;
+      always @(posedge clk_i) begin
+        if (move) begin
+          value_q  <= beat_data[j*LANE_WIDTH +: LANE_WIDTH];
+          low_q    <= low;
+          high_q   <= high;
+          used_q   <= used;
+          value_q2 <= value_q[WIDTH-1:0];
+          low_q2   <= low_q;
+          high_q2  <= high_q;
+          below_q2 <= used_q & (value_q < low_q);
+          above_q2 <= used_q & (value_q > high_q);
+        end
+      end
+
+      assign outside[j] = below_q2 | above_q2;
+      assign bounded[j*WIDTH +: WIDTH] = below_q2 ? low_q2 : above_q2 ? high_q2 : value_q2;
     end
   endgenerate
 
-  always @(posedge clk_i) begin
-    if (!rst_ni) begin
-      index_q <= {INDEX_WIDTH{1'b0}};
-      full_q  <= 1'b0;
-    end else begin
-      if (take) begin
-        if (beat_last)                              index_q <= {INDEX_WIDTH{1'b0}};
-        else if (index_q != BEATS[INDEX_WIDTH-1:0]) index_q <= index_q + 1'b1;
-      end
-      if (take & beat_last)   full_q <= 1'b1;
-      else if (frame_ready_i) full_q <= 1'b0;
-    end
-  end
-
   integer k;
   always @(posedge clk_i) begin
-    if (take) begin
+    if (put) begin
       clipped_q <= (clipped_q & ~first) | (|outside);
-      error_q   <= index_q != LAST[INDEX_WIDTH-1:0];
+      error_q   <= beat_q2 != LAST[INDEX_WIDTH-1:0];
       for (k = 0; k < WORDS; k = k + 1) begin
-        if ({{(32-INDEX_WIDTH){1'b0}}, index_q} == k / BEAT_WORDS)
+        if ({{(32-INDEX_WIDTH){1'b0}}, beat_q2} == k / BEAT_WORDS)
           word_q[k*WIDTH +: WIDTH] <= bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
         else if (first)
           word_q[k*WIDTH +: WIDTH] <= low_i[k*WIDTH +: WIDTH];
@@ -122,10 +173,10 @@ module hwg_ingress #(
     end
   end
 
-  assign frame_valid_o = full_q;
-  assign frame_o       = word_q;
-  assign clipped_o     = clipped_q;
-  assign error_o       = error_q;
+  assign frame_next_o = rst_ni & full_d;
+  assign frame_o      = word_q;
+  assign clipped_o    = clipped_q;
+  assign error_o      = error_q;
 endmodule
 
 `default_nettype wire

@@ -6,7 +6,7 @@
 //            SATURATION 0: to the word's range; 1: to [0, max], a ReLU; 2: to [-max, max], for the
 //            argument of an odd function.
 // Format:    the entry of a lane is {extra, bias}; extra is a neuron's own shift.
-// Latency:   3 clocks, 4 with EXTRA_WIDTH > 0; a beat a clock. entry_i follows address_o by 1 clock.
+// Latency:   4 clocks, 5 with EXTRA_WIDTH > 0; a beat a clock. entry_i follows address_o by 1 clock.
 // Overflow:  BIASED_WIDTH bits hold every biased sum by proof. A word that is clipped raises flag_o;
 //            clipping to 0 by a ReLU and clipping the argument of an odd function are no overflow.
 // Reset:     nothing under way stays valid; the next beat is the first of a frame.
@@ -40,7 +40,7 @@ module hwg_requant #(
   localparam integer ENTRY_WIDTH = EXTRA_WIDTH + BIASED_WIDTH;
   localparam integer VALUE_WIDTH = BIASED_WIDTH - SHIFT;
   localparam integer LAST        = ARRAY_BEATS - 1;
-  localparam integer STAGES      = EXTRA_WIDTH > 0 ? 4 : 3;
+  localparam integer STAGES      = EXTRA_WIDTH > 0 ? 5 : 4;
 
   reg [ADDRESS_WIDTH-1:0]   beat_q = {ADDRESS_WIDTH{1'b0}};
   reg [LANES*SUM_WIDTH-1:0] sum_q  = {LANES*SUM_WIDTH{1'b0}};
@@ -77,10 +77,13 @@ module hwg_requant #(
   genvar j;
   generate
     for (j = 0; j < LANES; j = j + 1) begin : g_lane
-      reg  [BIASED_WIDTH-1:0] biased_q = {BIASED_WIDTH{1'b0}};
-      reg  [WIDTH-1:0]        word_q   = {WIDTH{1'b0}};
-      wire [BIASED_WIDTH-1:0] sum;     // sign-extended and moved up
-      wire [BIASED_WIDTH-1:0] shifted; // the neuron's own shift undone
+      reg  [BIASED_WIDTH-1:0] biased_q   = {BIASED_WIDTH{1'b0}};
+      reg  [WIDTH-1:0]        value_q    = {WIDTH{1'b0}};  // without the bits above the word
+      reg                     negative_q = 1'b0;
+      reg                     beyond_q   = 1'b0;           // the word does not hold the value
+      reg  [WIDTH-1:0]        word_q     = {WIDTH{1'b0}};
+      wire [BIASED_WIDTH-1:0] sum;      // sign-extended and moved up
+      wire [BIASED_WIDTH-1:0] shifted;  // the neuron's own shift undone
 
       if (PRODUCT_SHIFT > 0) begin : g_up
         assign sum = {{(BIASED_WIDTH-PRODUCT_SHIFT-SUM_WIDTH+1){sum_q[j*SUM_WIDTH+SUM_WIDTH-1]}},
@@ -110,20 +113,31 @@ module hwg_requant #(
       wire [VALUE_WIDTH-1:0] value    = all_bits[BIASED_WIDTH-1:SHIFT];
       wire                   negative = value[VALUE_WIDTH-1];
       wire beyond = value[VALUE_WIDTH-1:WIDTH-1] != {(VALUE_WIDTH-WIDTH+1){negative}};
+      always @(posedge clk_i) begin
+        value_q    <= value[WIDTH-1:0];
+        negative_q <= negative;
+      end
 
       if (SATURATION == 0) begin : g_linear
-        assign clipped[j] = beyond;
-        always @(posedge clk_i)
-          word_q <= beyond ? {negative, {(WIDTH-1){~negative}}} : value[WIDTH-1:0];
+        assign clipped[j] = beyond_q;
+        always @(posedge clk_i) begin
+          beyond_q <= beyond;
+          word_q   <= beyond_q ? {negative_q, {(WIDTH-1){~negative_q}}} : value_q;
+        end
       end else if (SATURATION == 1) begin : g_relu
-        assign clipped[j] = beyond & ~negative;
-        always @(posedge clk_i)
-          word_q <= negative ? {WIDTH{1'b0}} : beyond ? {1'b0, {(WIDTH-1){1'b1}}} : value[WIDTH-1:0];
+        assign clipped[j] = beyond_q & ~negative_q;
+        always @(posedge clk_i) begin
+          beyond_q <= beyond;
+          word_q   <= negative_q ? {WIDTH{1'b0}} :
+                      beyond_q   ? {1'b0, {(WIDTH-1){1'b1}}} : value_q;
+        end
       end else begin : g_odd
         wire lowest = negative & (value[WIDTH-2:0] == {(WIDTH-1){1'b0}});
         assign clipped[j] = 1'b0;
-        always @(posedge clk_i)
-          word_q <= beyond | lowest ? {negative, {(WIDTH-2){~negative}}, 1'b1} : value[WIDTH-1:0];
+        always @(posedge clk_i) begin
+          beyond_q <= beyond | lowest;
+          word_q   <= beyond_q ? {negative_q, {(WIDTH-2){~negative_q}}, 1'b1} : value_q;
+        end
       end
 
       assign words_o[j*WIDTH +: WIDTH] = word_q;

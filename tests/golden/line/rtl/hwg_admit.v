@@ -15,10 +15,9 @@ module hwg_admit #(
 ) (
   input  wire clk_i,
   input  wire rst_ni,
-  input  wire frame_valid_i,
-  output wire frame_ready_o,
-  output wire start_o,
-  input  wire release_i
+  output wire ready_next_o,  // a frame may start after this edge
+  input  wire start_i,       // a frame starts; only where one may
+  input  wire release_i      // a frame has left
 );
   localparam integer GAP          = INTERVAL - 1;
   localparam integer GAP_WIDTH    = $clog2(INTERVAL + 1);
@@ -26,28 +25,23 @@ module hwg_admit #(
 
   reg [GAP_WIDTH-1:0]    gap_q    = {GAP_WIDTH{1'b0}};            // clocks still to wait
   reg [CREDIT_WIDTH-1:0] credit_q = {CREDIT_WIDTH{1'b0}};
-  reg                    ready_q  = 1'b0;
 
-  wire start = frame_valid_i & ready_q;
-  wire [GAP_WIDTH-1:0] gap_d = start                        ? GAP[GAP_WIDTH-1:0] :
-                               gap_q != {GAP_WIDTH{1'b0}}   ? gap_q - 1'b1 : gap_q;
-  wire [CREDIT_WIDTH-1:0] credit_d = start & ~release_i ? credit_q - 1'b1 :
-                                     release_i & ~start ? credit_q + 1'b1 : credit_q;
+  wire [GAP_WIDTH-1:0] gap_d = start_i                    ? GAP[GAP_WIDTH-1:0] :
+                               gap_q != {GAP_WIDTH{1'b0}} ? gap_q - 1'b1 : gap_q;
+  wire [CREDIT_WIDTH-1:0] credit_d = start_i & ~release_i ? credit_q - 1'b1 :
+                                     release_i & ~start_i ? credit_q + 1'b1 : credit_q;
 
   always @(posedge clk_i) begin
     if (!rst_ni) begin
       gap_q    <= {GAP_WIDTH{1'b0}};
       credit_q <= CREDITS[CREDIT_WIDTH-1:0];
-      ready_q  <= 1'b0;
     end else begin
       gap_q    <= gap_d;
       credit_q <= credit_d;
-      ready_q  <= gap_d == {GAP_WIDTH{1'b0}} && credit_d != {CREDIT_WIDTH{1'b0}};
     end
   end
 
-  assign frame_ready_o = ready_q;
-  assign start_o       = start;
+  assign ready_next_o = rst_ni & (gap_d == {GAP_WIDTH{1'b0}}) & (credit_d != {CREDIT_WIDTH{1'b0}});
 endmodule
 
 `default_nettype wire

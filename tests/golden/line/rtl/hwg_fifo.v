@@ -16,8 +16,10 @@ module hwg_fifo #(
   input  wire             rst_ni,
   input  wire             valid_i,
   output wire             ready_o,
+  output wire             ready_next_o,  // ready_o after this edge
   input  wire [WIDTH-1:0] data_i,
   output wire             valid_o,
+  output wire             valid_next_o,  // valid_o after this edge
   input  wire             ready_i,
   output wire [WIDTH-1:0] data_o
 );
@@ -38,13 +40,11 @@ module hwg_fifo #(
   always @(posedge clk_i) begin
     if (!rst_ni) begin
       count_q <= {COUNT_WIDTH{1'b0}};
-      valid_q <= 1'b0;
-      ready_q <= 1'b0;
     end else begin
       count_q <= count_d;
-      valid_q <= count_d != {COUNT_WIDTH{1'b0}};
-      ready_q <= count_d != DEPTH[COUNT_WIDTH-1:0];
     end
+    valid_q <= valid_next_o;
+    ready_q <= ready_next_o;
   end
 
   genvar i;
@@ -62,6 +62,9 @@ module hwg_fifo #(
       end
     end
   endgenerate
+
+  assign valid_next_o = rst_ni & (count_d != {COUNT_WIDTH{1'b0}});
+  assign ready_next_o = rst_ni & (count_d != DEPTH[COUNT_WIDTH-1:0]);
 
   assign valid_o = valid_q;
   assign ready_o = ready_q;

@@ -5,8 +5,8 @@
 //              net: 1 linear
 // Format:    words of the input frame are read as Q3.10; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   8 clocks from start to the output frame; a frame every 1 clocks.
-// Overflow:  inside there is no back-pressure: at most 10 frames are under way, and the FIFOs
+// Latency:   12 clocks from start to the output frame; a frame every 1 clocks.
+// Overflow:  inside there is no back-pressure: at most 12 frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs
@@ -16,48 +16,58 @@
 module line_mlp (
   input  wire        clk_i,
   input  wire        rst_ni,
-  input  wire        frame_valid_i,
-  output wire        frame_ready_o,
+  input  wire        frame_next_i,   // an input frame stands in frame_i after this edge
+  output wire        frame_taken_o,  // the one that stands there is taken
   input  wire [13:0] frame_i,
   input  wire        clipped_i,      // an input was outside of the box
   input  wire        error_i,        // the frame was too short or too long
-  output wire        frame_valid_o,
-  input  wire        frame_ready_i,
+  input  wire        room_next_i,    // an output frame may be given after this edge
+  output wire        frame_valid_o,  // one is given
   output wire [31:0] frame_o,
   output wire        saturated_o,    // an input or a word inside was clipped
   output wire        error_o
 );
-  wire start;
-  wire leave = frame_valid_o & frame_ready_i;
+  // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
+  reg  start_q = 1'b0;
+  reg  leave_q = 1'b0;
+  wire may_start;
+  wire may_leave;
+  always @(posedge clk_i) begin
+    start_q <= frame_next_i & may_start;
+    leave_q <= room_next_i & may_leave;
+  end
 
   hwg_admit #(
     .INTERVAL(1),
-    .CREDITS (10)
+    .CREDITS (12)
   ) u_admit (
-    .clk_i        (clk_i),
-    .rst_ni       (rst_ni),
-    .frame_valid_i(frame_valid_i),
-    .frame_ready_o(frame_ready_o),
-    .start_o      (start),
-    .release_i    (leave)
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .ready_next_o(may_start),
+    .start_i     (start_q),
+    .release_i   (leave_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known;
+  wire known_next;
+  wire unused_frames_known;
   wire unused_frames_ready;  // credits keep the FIFOs from being full
+  wire unused_frames_ready_next;
   hwg_fifo #(
     .WIDTH(2),
-    .DEPTH(10)
+    .DEPTH(12)
   ) u_frames (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(start),
-    .ready_o(unused_frames_ready),
-    .data_i ({error_i, clipped_i}),
-    .valid_o(known),
-    .ready_i(leave),
-    .data_o ({error_o, clipped})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (start_q),
+    .ready_o     (unused_frames_ready),
+    .ready_next_o(unused_frames_ready_next),
+    .data_i      ({error_i, clipped_i}),
+    .valid_o     (unused_frames_known),
+    .valid_next_o(known_next),
+    .ready_i     (leave_q),
+    .data_o      ({error_o, clipped})
   );
 
   // Layer net_l0: 1 to 1 linear, 1 x 1 multiplier for 1 clocks.
@@ -67,7 +77,7 @@ module line_mlp (
   line_net_l0 u_net_l0 (
     .clk_i   (clk_i),
     .rst_ni  (rst_ni),
-    .start_i (start),
+    .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
     .valid_o (net_l0_valid),
@@ -93,26 +103,36 @@ module line_mlp (
   );
 
   // Answers of network net: 1 words, Q2.21 in V.
-  wire net_known;
+  wire net_known_next;
+  wire unused_net_known;
   wire unused_net_ready;
+  wire unused_net_ready_next;
   wire net_saturated;
   wire [23:0] net_answer;
+  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
+  (* keep *)
+  reg net_leave_q = 1'b0;
+  always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(25),
-    .DEPTH(10)
+    .DEPTH(12)
   ) u_net_answers (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(net_l0_start),
-    .ready_o(unused_net_ready),
-    .data_i ({net_l0_clipped, net_l0_vector}),
-    .valid_o(net_known),
-    .ready_i(leave),
-    .data_o ({net_saturated, net_answer})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (net_l0_start),
+    .ready_o     (unused_net_ready),
+    .ready_next_o(unused_net_ready_next),
+    .data_i      ({net_l0_clipped, net_l0_vector}),
+    .valid_o     (unused_net_known),
+    .valid_next_o(net_known_next),
+    .ready_i     (net_leave_q),
+    .data_o      ({net_saturated, net_answer})
   );
 
   // A frame leaves when all networks have answered.
-  assign frame_valid_o = known & net_known;
+  assign may_leave     = known_next & net_known_next;
+  assign frame_taken_o = start_q;
+  assign frame_valid_o = leave_q;
   assign saturated_o   = clipped | net_saturated;
   genvar i;
   generate

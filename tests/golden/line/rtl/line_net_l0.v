@@ -4,7 +4,7 @@
 // Function:  y = linear(W x + b): 1 neuron x 1 input a clock, 1 clocks a frame;
 //            the vector is held and offered once.
 // Format:    x Q3.10, W Q0.15, y Q2.21 (24 bits).
-// Latency:   3 clocks from an operand to its sum, 3 from a sum to its word.
+// Latency:   4 clocks from an operand to its sum, 4 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q2.21 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -49,16 +49,16 @@ module line_net_l0 (
     .address_o(address)
   );
 
-  // The operands wait for the weight ROMs.
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
   reg [13:0] operands_q = {14{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree.
   wire sums_valid;
   wire sums_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(3)
+    .DEPTH(4)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

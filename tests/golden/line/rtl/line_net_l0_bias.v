@@ -18,6 +18,8 @@ module line_net_l0_bias (
   reg [29:0] data_q = 30'h0;
 
   always @(posedge clk_i) begin
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "logic" *)
     case (address_i)
       1'd0: data_q <= 30'h3f800008;  // neuron 0
       default: data_q <= 30'h0;

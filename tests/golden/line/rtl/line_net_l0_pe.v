@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight.
 // Format:    operands Q3.10, weights Q0.15,
 //            products 30 bits, sums 30 bits, all exact.
-// Latency:   2 clocks from operands and weights to sum_o.
+// Latency:   3 clocks from operands to sum_o; weights come a clock after their operands.
 // Overflow:  impossible: 30 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -18,6 +18,12 @@ module line_net_l0_pe (
   input  wire [15:0] weights_i,
   output wire [29:0] sum_o
 );
+  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
+  // share one for all.
+  (* keep *)
+  reg [13:0] operands_q = {14{1'b0}};
+  always @(posedge clk_i) operands_q <= operands_i;
+
   wire [29:0] products;
 
   genvar i;
@@ -28,7 +34,7 @@ module line_net_l0_pe (
         .B_WIDTH(16)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_i[i*14 +: 14]),
+        .a_i  (operands_q[i*14 +: 14]),
         .b_i  (weights_i[i*16 +: 16]),
         .p_o  (products[i*30 +: 30])
       );

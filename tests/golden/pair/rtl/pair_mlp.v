@@ -6,7 +6,7 @@
 //              size: 3 relu, 1 linear
 // Format:    words of the input frame are read as Q7.5; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   98 clocks from start to the output frame; a frame every 14 clocks.
+// Latency:   108 clocks from start to the output frame; a frame every 14 clocks.
 // Overflow:  inside there is no back-pressure: at most 8 frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
@@ -17,48 +17,58 @@
 module pair_mlp (
   input  wire         clk_i,
   input  wire         rst_ni,
-  input  wire         frame_valid_i,
-  output wire         frame_ready_o,
+  input  wire         frame_next_i,   // an input frame stands in frame_i after this edge
+  output wire         frame_taken_o,  // the one that stands there is taken
   input  wire [64:0]  frame_i,
   input  wire         clipped_i,      // an input was outside of the box
   input  wire         error_i,        // the frame was too short or too long
-  output wire         frame_valid_o,
-  input  wire         frame_ready_i,
+  input  wire         room_next_i,    // an output frame may be given after this edge
+  output wire         frame_valid_o,  // one is given
   output wire [127:0] frame_o,
   output wire         saturated_o,    // an input or a word inside was clipped
   output wire         error_o
 );
-  wire start;
-  wire leave = frame_valid_o & frame_ready_i;
+  // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
+  reg  start_q = 1'b0;
+  reg  leave_q = 1'b0;
+  wire may_start;
+  wire may_leave;
+  always @(posedge clk_i) begin
+    start_q <= frame_next_i & may_start;
+    leave_q <= room_next_i & may_leave;
+  end
 
   hwg_admit #(
     .INTERVAL(14),
     .CREDITS (8)
   ) u_admit (
-    .clk_i        (clk_i),
-    .rst_ni       (rst_ni),
-    .frame_valid_i(frame_valid_i),
-    .frame_ready_o(frame_ready_o),
-    .start_o      (start),
-    .release_i    (leave)
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .ready_next_o(may_start),
+    .start_i     (start_q),
+    .release_i   (leave_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known;
+  wire known_next;
+  wire unused_frames_known;
   wire unused_frames_ready;  // credits keep the FIFOs from being full
+  wire unused_frames_ready_next;
   hwg_fifo #(
     .WIDTH(2),
     .DEPTH(8)
   ) u_frames (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(start),
-    .ready_o(unused_frames_ready),
-    .data_i ({error_i, clipped_i}),
-    .valid_o(known),
-    .ready_i(leave),
-    .data_o ({error_o, clipped})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (start_q),
+    .ready_o     (unused_frames_ready),
+    .ready_next_o(unused_frames_ready_next),
+    .data_i      ({error_i, clipped_i}),
+    .valid_o     (unused_frames_known),
+    .valid_next_o(known_next),
+    .ready_i     (leave_q),
+    .data_o      ({error_o, clipped})
   );
 
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
@@ -68,7 +78,7 @@ module pair_mlp (
   pair_shared_l0 u_shared_l0 (
     .clk_i   (clk_i),
     .rst_ni  (rst_ni),
-    .start_i (start),
+    .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
     .valid_o (shared_l0_valid),
@@ -237,45 +247,63 @@ module pair_mlp (
   );
 
   // Answers of network turn: 3 words, Q1.18 in rad.
-  wire turn_known;
+  wire turn_known_next;
+  wire unused_turn_known;
   wire unused_turn_ready;
+  wire unused_turn_ready_next;
   wire turn_saturated;
   wire [59:0] turn_answer;
+  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
+  (* keep *)
+  reg turn_leave_q = 1'b0;
+  always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(61),
     .DEPTH(8)
   ) u_turn_answers (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(turn_out_start),
-    .ready_o(unused_turn_ready),
-    .data_i ({turn_out_clipped, turn_out_vector}),
-    .valid_o(turn_known),
-    .ready_i(leave),
-    .data_o ({turn_saturated, turn_answer})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (turn_out_start),
+    .ready_o     (unused_turn_ready),
+    .ready_next_o(unused_turn_ready_next),
+    .data_i      ({turn_out_clipped, turn_out_vector}),
+    .valid_o     (unused_turn_known),
+    .valid_next_o(turn_known_next),
+    .ready_i     (turn_leave_q),
+    .data_o      ({turn_saturated, turn_answer})
   );
 
   // Answers of network size: 1 words, Q6.13 in m.
-  wire size_known;
+  wire size_known_next;
+  wire unused_size_known;
   wire unused_size_ready;
+  wire unused_size_ready_next;
   wire size_saturated;
   wire [19:0] size_answer;
+  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
+  (* keep *)
+  reg size_leave_q = 1'b0;
+  always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(21),
     .DEPTH(8)
   ) u_size_answers (
-    .clk_i  (clk_i),
-    .rst_ni (rst_ni),
-    .valid_i(size_l1_start),
-    .ready_o(unused_size_ready),
-    .data_i ({size_l1_clipped, size_l1_vector}),
-    .valid_o(size_known),
-    .ready_i(leave),
-    .data_o ({size_saturated, size_answer})
+    .clk_i       (clk_i),
+    .rst_ni      (rst_ni),
+    .valid_i     (size_l1_start),
+    .ready_o     (unused_size_ready),
+    .ready_next_o(unused_size_ready_next),
+    .data_i      ({size_l1_clipped, size_l1_vector}),
+    .valid_o     (unused_size_known),
+    .valid_next_o(size_known_next),
+    .ready_i     (size_leave_q),
+    .data_o      ({size_saturated, size_answer})
   );
 
   // A frame leaves when all networks have answered.
-  assign frame_valid_o = known & turn_known & size_known;
+  assign may_leave     = known_next & turn_known_next & size_known_next;
+  assign frame_taken_o = start_q;
+  assign frame_valid_o = leave_q;
   assign saturated_o   = clipped | turn_saturated | size_saturated;
   genvar i;
   generate

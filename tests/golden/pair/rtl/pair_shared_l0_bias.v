@@ -18,6 +18,8 @@ module pair_shared_l0_bias (
   reg [29:0] data_q = 30'h0;
 
   always @(posedge clk_i) begin
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "logic" *)
     case (address_i)
       3'd0: data_q <= 30'h07fae885;  // neuron 0
       3'd1: data_q <= 30'h08057062;  // neuron 1

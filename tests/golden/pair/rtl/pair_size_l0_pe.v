@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight, accumulated over a group of clocks.
 // Format:    operands Q1.16, weights Q0.8,
 //            products 27 bits, sums 29 bits, all exact.
-// Latency:   4 clocks from operands and weights to sum_o.
+// Latency:   5 clocks from operands to sum_o; weights come a clock after their operands.
 // Overflow:  impossible: 29 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -20,6 +20,12 @@ module pair_size_l0_pe (
   input  wire [17:0] weights_i,
   output wire [28:0] sum_o
 );
+  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
+  // share one for all.
+  (* keep *)
+  reg [35:0] operands_q = {36{1'b0}};
+  always @(posedge clk_i) operands_q <= operands_i;
+
   wire [53:0] products;
 
   genvar i;
@@ -30,7 +36,7 @@ module pair_size_l0_pe (
         .B_WIDTH(9)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_i[i*18 +: 18]),
+        .a_i  (operands_q[i*18 +: 18]),
         .b_i  (weights_i[i*9 +: 9]),
         .p_o  (products[i*27 +: 27])
       );

@@ -18,6 +18,8 @@ module pair_turn_l0_bias (
   reg [30:0] data_q = 31'h0;
 
   always @(posedge clk_i) begin
+    // The second time for tools that take the style of a ROM from its case statement.
+    (* rom_style = "logic" *)
     case (address_i)
       3'd0: data_q <= 31'h1f8f7719;  // neuron 0
       3'd1: data_q <= 31'h5f248454;  // neuron 1
