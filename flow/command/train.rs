@@ -76,6 +76,7 @@ pub struct Args {
         long,
         value_name = "LIST",
         value_delimiter = ',',
+        allow_negative_numbers = true,
         conflicts_with = "resume"
     )]
     pub noise: Option<Vec<f64>>,
@@ -89,6 +90,15 @@ pub struct Args {
     /// How the weights are sought [default: levenberg; paper: rprop]
     #[arg(long, value_name = "NAME", conflicts_with = "resume")]
     pub optimizer: Option<Method>,
+    /// Noise in px with which a squared error counts half: less favours clear pixels, more noisy
+    /// ones [default: 1]
+    #[arg(
+        long,
+        value_name = "PX",
+        allow_negative_numbers = true,
+        conflicts_with = "resume"
+    )]
+    pub noise_half: Option<f64>,
     /// Half this times the weights' square is added to the loss [default: 0; paper: 1e-7]
     #[arg(long, value_name = "X", conflicts_with = "resume")]
     pub weight_decay: Option<f64>,
@@ -274,6 +284,9 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
     set(&mut recipe.patience, args.patience);
     if let Some(noise) = &args.noise {
         recipe.noise_px.clone_from(noise);
+    }
+    if let Some(half) = args.noise_half {
+        recipe.noise_half_px = half;
     }
     if let Some(decay) = args.weight_decay {
         recipe.weight_decay = decay;

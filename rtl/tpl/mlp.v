@@ -112,10 +112,9 @@ module @{ module }@ (
   wire unused_@{ n.name }@_ready_next;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
-  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
-  (* keep *)
-  reg @{ n.name }@_leave_q = 1'b0;
-  always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
+  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  (* keep *) reg @{ n.name }@_leave_q = 1'b0;
+  (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)

@@ -20,11 +20,10 @@ module @{ module }@ (
   input  wire @{ weights_range }@ weights_i,
   output wire @{ sum_range }@ sum_o
 );
-  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
-  // share one for all.
-  (* keep *)
-  reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
-  always @(posedge clk_i) operands_q <= operands_i;
+  // A copy of the operands for this element alone, near to its multipliers; without `keep`, which
+  // some tools look for at the register and others at the process, they share one for all.
+  (* keep *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= operands_i;
 
   wire @{ products_range }@ products;
 

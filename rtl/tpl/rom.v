@@ -11,10 +11,10 @@ module @{ module }@ (
   input  wire @{ address_range }@ address_i,
   output wire @{ data_range }@ data_o
 );
-@% if own_address %@  // A copy of the address for this ROM alone, near to it; without `keep` tools share one for all.
-  (* keep *)
-  reg @{ address_range }@ address_q = @{ address_width }@'d0;
-  always @(posedge clk_i) address_q <= address_i;
+@% if own_address %@  // A copy of the address for this ROM alone, near to it; without `keep`, which some tools look for
+  // at the register and others at the process, they share one for all.
+  (* keep *) reg @{ address_range }@ address_q = @{ address_width }@'d0;
+  (* keep *) always @(posedge clk_i) address_q <= address_i;
 
 @% endif %@  // @{ rom_note }@
   (* rom_style = "@{ rom_style }@" *)

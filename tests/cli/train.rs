@@ -76,7 +76,7 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
             "--samples: a number from 100 to 10000000 expected, 3 found",
         ),
         (
-            "--noise=-1",
+            "--noise -1",
             "--noise: levels from 0 to 100000 px expected, -1 found",
         ),
         (
@@ -90,6 +90,10 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
         (
             "--samples 100 --noise 1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21",
             "--samples: 105 or more expected, 5 for each of 21 levels of noise, 100 found",
+        ),
+        (
+            "--noise-half 0",
+            "--noise-half: a noise from 0.001 to 100000 px expected, 0 found",
         ),
         (
             "--weight-decay inf",

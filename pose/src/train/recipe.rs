@@ -54,6 +54,11 @@ pub struct Recipe {
     /// Whether a squared error counts by one over the length of what is sought and over its
     /// noise, so that what is least is near to the relative error against the limit.
     pub relative: bool,
+    /// Noise with which a sample's squared error counts half, where `relative`.
+    ///
+    /// # Units
+    /// px
+    pub noise_half_px: f64,
     /// Half this times the weights' square is added to the loss.
     pub weight_decay: f64,
     /// Most epochs: passes over all samples.
@@ -100,6 +105,7 @@ impl Recipe {
             target: Target::Truth,
             posterior_draws: 0,
             relative: false,
+            noise_half_px: 1.0,
             weight_decay: 1e-7,
             epochs: 5_000,
             patience: 200,
@@ -120,6 +126,7 @@ impl Recipe {
             target: Target::Posterior,
             posterior_draws: 64,
             relative: true,
+            noise_half_px: 1.0,
             weight_decay: 0.0,
             epochs: 30,
             patience: 10,
@@ -143,11 +150,10 @@ impl Recipe {
     /// How much a sample's squared error counts for its noise.
     ///
     /// What cannot be known grows with the noise; an error of the network on top of it matters as
-    /// far as it is not small against that. With so much noise it counts half.
+    /// far as it is not small against that.
     pub(super) fn noise_weight(&self, noise_px: f64) -> f64 {
-        const HALF_PX: f64 = 1.0;
         if self.relative {
-            1.0 / (1.0 + noise_px / HALF_PX)
+            1.0 / (1.0 + noise_px / self.noise_half_px)
         } else {
             1.0
         }
@@ -196,6 +202,15 @@ impl Recipe {
                      {} found",
                     self.noise_px.len(),
                     self.samples
+                ),
+            });
+        }
+        if !(1e-3..=MAX_NOISE_PX).contains(&self.noise_half_px) {
+            return Err(RecipeError {
+                field: "noise_half",
+                reason: format!(
+                    "a noise from 0.001 to {MAX_NOISE_PX} px expected, {} found",
+                    self.noise_half_px
                 ),
             });
         }

@@ -124,10 +124,9 @@ module gate_mlp (
   wire unused_net_ready_next;
   wire net_saturated;
   wire [25:0] net_answer;
-  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
-  (* keep *)
-  reg net_leave_q = 1'b0;
-  always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
+  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  (* keep *) reg net_leave_q = 1'b0;
+  (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(27),
     .DEPTH(7)

@@ -20,11 +20,10 @@ module gate_net_l1_pe (
   input  wire [9:0]  weights_i,
   output wire [23:0] sum_o
 );
-  // A copy of the operands for this element alone, near to its multipliers; without `keep` tools
-  // share one for all.
-  (* keep *)
-  reg [12:0] operands_q = {13{1'b0}};
-  always @(posedge clk_i) operands_q <= operands_i;
+  // A copy of the operands for this element alone, near to its multipliers; without `keep`, which
+  // some tools look for at the register and others at the process, they share one for all.
+  (* keep *) reg [12:0] operands_q = {13{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= operands_i;
 
   wire [22:0] products;
 

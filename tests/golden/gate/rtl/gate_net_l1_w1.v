@@ -12,10 +12,10 @@ module gate_net_l1_w1 (
   input  wire [2:0] address_i,
   output wire [9:0] data_o
 );
-  // A copy of the address for this ROM alone, near to it; without `keep` tools share one for all.
-  (* keep *)
-  reg [2:0] address_q = 3'd0;
-  always @(posedge clk_i) address_q <= address_i;
+  // A copy of the address for this ROM alone, near to it; without `keep`, which some tools look for
+  // at the register and others at the process, they share one for all.
+  (* keep *) reg [2:0] address_q = 3'd0;
+  (* keep *) always @(posedge clk_i) address_q <= address_i;
 
   // 7 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)

@@ -132,14 +132,18 @@ module hwg_ingress #(
       end
 
       reg signed [LANE_WIDTH-1:0] value_q  = {LANE_WIDTH{1'b0}};
-      reg signed [WIDTH-1:0]      low_q    = {WIDTH{1'b0}};
-      reg signed [WIDTH-1:0]      high_q   = {WIDTH{1'b0}};
+      reg        [WIDTH-1:0]      low_q    = {WIDTH{1'b0}};
+      reg        [WIDTH-1:0]      high_q   = {WIDTH{1'b0}};
       reg                         used_q   = 1'b0;
       reg        [WIDTH-1:0]      value_q2 = {WIDTH{1'b0}};
       reg        [WIDTH-1:0]      low_q2   = {WIDTH{1'b0}};
       reg        [WIDTH-1:0]      high_q2  = {WIDTH{1'b0}};
       reg                         below_q2 = 1'b0;
       reg                         above_q2 = 1'b0;
+      wire signed [LANE_WIDTH-1:0] least =
+        {{(LANE_WIDTH-WIDTH+1){low_q[WIDTH-1]}}, low_q[WIDTH-2:0]};
+      wire signed [LANE_WIDTH-1:0] greatest =
+        {{(LANE_WIDTH-WIDTH+1){high_q[WIDTH-1]}}, high_q[WIDTH-2:0]};
       always @(posedge clk_i) begin
         if (move) begin
           value_q  <= beat_data[j*LANE_WIDTH +: LANE_WIDTH];
@@ -149,8 +153,8 @@ module hwg_ingress #(
           value_q2 <= value_q[WIDTH-1:0];
           low_q2   <= low_q;
           high_q2  <= high_q;
-          below_q2 <= used_q & (value_q < low_q);
-          above_q2 <= used_q & (value_q > high_q);
+          below_q2 <= used_q & (value_q < least);
+          above_q2 <= used_q & (value_q > greatest);
         end
       end
 

@@ -253,10 +253,9 @@ module pair_mlp (
   wire unused_turn_ready_next;
   wire turn_saturated;
   wire [59:0] turn_answer;
-  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
-  (* keep *)
-  reg turn_leave_q = 1'b0;
-  always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
+  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  (* keep *) reg turn_leave_q = 1'b0;
+  (* keep *) always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(61),
     .DEPTH(8)
@@ -280,10 +279,9 @@ module pair_mlp (
   wire unused_size_ready_next;
   wire size_saturated;
   wire [19:0] size_answer;
-  // A copy of leave_q for this FIFO; without `keep` tools share one for all.
-  (* keep *)
-  reg size_leave_q = 1'b0;
-  always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
+  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  (* keep *) reg size_leave_q = 1'b0;
+  (* keep *) always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
   hwg_fifo #(
     .WIDTH(21),
     .DEPTH(8)

@@ -12,10 +12,10 @@ module pair_turn_l0_w2 (
   input  wire [3:0] address_i,
   output wire [8:0] data_o
 );
-  // A copy of the address for this ROM alone, near to it; without `keep` tools share one for all.
-  (* keep *)
-  reg [3:0] address_q = 4'd0;
-  always @(posedge clk_i) address_q <= address_i;
+  // A copy of the address for this ROM alone, near to it; without `keep`, which some tools look for
+  // at the register and others at the process, they share one for all.
+  (* keep *) reg [3:0] address_q = 4'd0;
+  (* keep *) always @(posedge clk_i) address_q <= address_i;
 
   // 14 words: up to 64 go to logic (hwgen: docs/interface.md).
   (* rom_style = "logic" *)
