@@ -202,7 +202,7 @@ impl Manifest {
             reset: "aresetn".into(),
             reset_active: "low".into(),
             reset_synchronous: true,
-            reset_least_cycles: 1,
+            reset_least_cycles: 3,
             value_to_code: "floor(value * 2^n + 1/2), clipped to min_code..max_code".into(),
             streams: vec![source, sink],
             latency_cycles: design.latency_cycles(),

@@ -27,6 +27,10 @@ module @{ module }@ (
   output wire saturated_o,    // an input or a word inside was clipped
   output wire error_o
 );
+  // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
+  (* keep *) reg rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
   reg  leave_q = 1'b0;
@@ -42,7 +46,7 @@ module @{ module }@ (
     .CREDITS (@{ credits }@)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -59,7 +63,7 @@ module @{ module }@ (
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .ready_next_o(unused_frames_ready_next),
@@ -71,12 +75,14 @@ module @{ module }@ (
   );
 @% for l in layers %@
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
+  (* keep *) reg @{ l.name }@_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) @{ l.name }@_rst_nq2 <= rst_ni;
   wire @{ l.name }@_valid;
   wire @{ l.name }@_flag;
   wire @{ l.words_range }@ @{ l.name }@_words;
   @{ l.module }@ u_@{ l.name }@ (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (@{ l.name }@_rst_nq2),
 @% if l.replay %@    .start_i (@{ l.start }@),
     .flag_i  (@{ l.flag }@),
     .vector_i(@{ l.vector }@),
@@ -96,7 +102,7 @@ module @{ module }@ (
     .WIDTH(@{ l.width }@)
   ) u_@{ l.name }@_gather (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (@{ l.name }@_rst_nq2),
     .valid_i (@{ l.name }@_valid),
     .flag_i  (@{ l.name }@_flag),
     .data_i  (@{ l.name }@_words),
@@ -112,15 +118,17 @@ module @{ module }@ (
   wire unused_@{ n.name }@_ready_next;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
-  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
   (* keep *) reg @{ n.name }@_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
+  (* keep *) reg @{ n.name }@_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) @{ n.name }@_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (@{ n.name }@_rst_nq2),
     .valid_i     (@{ n.last }@_start),
     .ready_o     (unused_@{ n.name }@_ready),
     .ready_next_o(unused_@{ n.name }@_ready_next),

@@ -12,7 +12,7 @@
 // Latency:   @{ latency }@ clocks from the edge that takes the first input beat to the edge that hands over
 //            the last output beat; a frame every @{ interval }@ clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
-// Reset:     aresetn, synchronous, active low; frames under way are dropped.
+// Reset:     aresetn, synchronous, active low, for 3 clocks or more; frames under way are dropped.
 // Model:     hwgen: sim/src/model.rs
 // Bench:     tb/@{ module }@_tb.v
 // @{ provenance }@
@@ -39,6 +39,14 @@ module @{ module }@ (
 @% for word in high %@    @{ word }@
 @% endfor %@  };
 
+  // The reset goes out in two steps, by a register of its own to copies near to what they reset.
+  reg rst_nq = 1'b0;
+  (* keep *) reg ingress_rst_nq2 = 1'b0;
+  (* keep *) reg egress_rst_nq2  = 1'b0;
+  always @(posedge aclk) rst_nq <= aresetn;
+  (* keep *) always @(posedge aclk) ingress_rst_nq2 <= rst_nq;
+  (* keep *) always @(posedge aclk) egress_rst_nq2  <= rst_nq;
+
   wire in_next;
   wire in_taken;
   wire in_clipped;
@@ -51,7 +59,7 @@ module @{ module }@ (
     .WIDTH     (@{ x_width }@)
   ) u_ingress (
     .clk_i        (aclk),
-    .rst_ni       (aresetn),
+    .rst_ni       (ingress_rst_nq2),
     .tvalid_i     (s_axis_tvalid),
     .tready_o     (s_axis_tready),
     .tlast_i      (s_axis_tlast),
@@ -72,7 +80,7 @@ module @{ module }@ (
   wire @{ out_range }@ out_frame;
   @{ module }@_mlp u_mlp (
     .clk_i        (aclk),
-    .rst_ni       (aresetn),
+    .rst_ni       (rst_nq),
     .frame_next_i (in_next),
     .frame_taken_o(in_taken),
     .frame_i      (in_frame),
@@ -91,7 +99,7 @@ module @{ module }@ (
     .LANE_WIDTH(@{ sink_lane }@)
   ) u_egress (
     .clk_i        (aclk),
-    .rst_ni       (aresetn),
+    .rst_ni       (egress_rst_nq2),
     .room_next_o  (out_room),
     .frame_valid_i(out_valid),
     .frame_i      (out_frame),

@@ -72,8 +72,9 @@ pub struct OutputBeat<'a> {
 /// let design = Design::new(&net, &Options::default())?;
 /// let mut core = Model::new(&design);
 /// let mut pins = Pins::idle(&design);
-/// core.step(&Pins { reset_n: false, ..pins.clone() });
-/// core.step(&pins); // s_axis_tready rises
+/// while !core.ready() {
+///     core.step(&pins); // in reset from power-up on, for two clocks
+/// }
 /// (pins.s_valid, pins.s_last, pins.s_data) = (true, true, design.input().codes(&[0.5]));
 /// core.step(&pins);
 /// pins.s_valid = false;
@@ -88,6 +89,8 @@ pub struct OutputBeat<'a> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Model {
+    /// `rst_nq` and its copies `rst_nq2`, low: the reset on its way.
+    resets: [bool; 2],
     ingress: Ingress,
     stage: StageModel,
     egress: Egress,
@@ -98,6 +101,7 @@ impl Model {
     pub fn new(design: &Design) -> Self {
         let (source, sink) = (design.source(), design.sink());
         Self {
+            resets: [true; 2],
             ingress: Ingress::new(design.input(), source.words_per_beat, source.lane_bits),
             stage: StageModel::new(design.perceptron(), design.schedule()),
             egress: Egress::new(sink.words, sink.words_per_beat, sink.lane_bits),
@@ -118,7 +122,8 @@ impl Model {
 
     /// One rising edge of `aclk`.
     pub fn step(&mut self, pins: &Pins) {
-        let reset = !pins.reset_n;
+        let [first, reset] = self.resets;
+        self.resets = [!pins.reset_n, first];
         let leaves = self.leaves();
         let frame_ready = self.stage.ready();
         let user = if leaves { self.stage.user() } else { 0 };
@@ -166,11 +171,15 @@ impl Model {
     }
 
     fn show<P: Probe>(&self, probe: &mut P) {
+        let [first, second] = self.resets.map(|reset| !reset);
+        probe.bit("rst_nq", first);
+        probe.bit("ingress_rst_nq2", second);
+        probe.bit("egress_rst_nq2", second);
         within(probe, format_args!("u_ingress"), |p| self.ingress.show(p));
         // The core decides a clock ahead and keeps the decision in registers.
         let (starts, leaves) = (self.ingress.full() && self.stage.ready(), self.leaves());
         within(probe, format_args!("u_mlp"), |p| {
-            self.stage.show(starts, leaves, p)
+            self.stage.show(second, starts, leaves, p)
         });
         within(probe, format_args!("u_egress"), |p| self.egress.show(p));
         // The ports last: where a register differs too, it is the one to be named.

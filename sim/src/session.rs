@@ -11,7 +11,7 @@ use crate::model::{Model, Pins};
 use crate::stimulus::{Flow, Frame, Segment};
 
 /// Clocks of reset at the start.
-const RESET_CLOCKS: usize = 3;
+const RESET_CLOCKS: usize = 5;
 /// Resets in the flow that has any.
 const RESETS: usize = 6;
 /// Clocks that a session may take beyond what its frames need, before it counts as hung.
@@ -182,7 +182,7 @@ impl<'a> Driver<'a> {
         if self.until_reset > 0 {
             self.until_reset -= 1;
             if self.until_reset == 0 {
-                self.reset_left = self.rng.random_range(1..=3);
+                self.reset_left = self.rng.random_range(3..=5);
                 self.resets -= 1;
             }
             return;

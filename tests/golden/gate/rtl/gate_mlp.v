@@ -27,6 +27,10 @@ module gate_mlp (
   output wire        saturated_o,    // an input or a word inside was clipped
   output wire        error_o
 );
+  // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
+  (* keep *) reg rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
   reg  leave_q = 1'b0;
@@ -42,7 +46,7 @@ module gate_mlp (
     .CREDITS (7)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -59,7 +63,7 @@ module gate_mlp (
     .DEPTH(7)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .ready_next_o(unused_frames_ready_next),
@@ -71,12 +75,14 @@ module gate_mlp (
   );
 
   // Layer net_l0: 3 to 7 sigmoid, 1 x 3 multipliers for 7 clocks.
+  (* keep *) reg net_l0_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) net_l0_rst_nq2 <= rst_ni;
   wire net_l0_valid;
   wire net_l0_flag;
   wire [12:0] net_l0_words;
   gate_net_l0 u_net_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (net_l0_rst_nq2),
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
@@ -86,12 +92,14 @@ module gate_mlp (
   );
 
   // Layer net_l1: 7 to 2 sigmoid, 2 x 1 multipliers for 7 clocks.
+  (* keep *) reg net_l1_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) net_l1_rst_nq2 <= rst_ni;
   wire net_l1_valid;
   wire net_l1_flag;
   wire [12:0] net_l1_words;
   gate_net_l1 u_net_l1 (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (net_l1_rst_nq2),
     .valid_i (net_l0_valid),
     .flag_i  (net_l0_flag),
     .words_i (net_l0_words),
@@ -108,7 +116,7 @@ module gate_mlp (
     .WIDTH(13)
   ) u_net_l1_gather (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (net_l1_rst_nq2),
     .valid_i (net_l1_valid),
     .flag_i  (net_l1_flag),
     .data_i  (net_l1_words),
@@ -124,15 +132,17 @@ module gate_mlp (
   wire unused_net_ready_next;
   wire net_saturated;
   wire [25:0] net_answer;
-  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
+  (* keep *) reg net_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(27),
     .DEPTH(7)
   ) u_net_answers (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (net_rst_nq2),
     .valid_i     (net_l1_start),
     .ready_o     (unused_net_ready),
     .ready_next_o(unused_net_ready_next),

@@ -3,6 +3,7 @@
 //
 // Function:  word w leaves in beat w / BEAT_WORDS, lane w % BEAT_WORDS; lanes beyond the last word are
 //            zero. TLAST marks the last beat, TUSER = {error, saturated} holds for the whole frame.
+//            Room for a frame is told a clock ahead, so that frame_valid_i comes from a register.
 // Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks.
 // Reset:     drops the frame that is being sent.
 // Model:     hwgen: sim/src/model/stream.rs, Egress

@@ -2,7 +2,8 @@
 // hwg_fifo: a short FIFO whose head is always slot 0.
 //
 // Function:  words leave in the order in which they came; none is lost or doubled.
-// Latency:   1 clock; one word a clock from DEPTH = 2 on. Both handshakes are registered.
+// Latency:   1 clock; one word a clock from DEPTH = 2 on. Both handshakes are registered,
+//            and what they are going to be is told a clock ahead.
 // Overflow:  impossible: a word is taken with ready_o high only.
 // Reset:     empties it; not ready while reset is held.
 // Model:     hwgen: sim/src/model/stream.rs, Fifo

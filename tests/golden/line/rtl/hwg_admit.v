@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // hwg_admit: lets frames into a stage that has no back-pressure inside.
 //
-// Function:  a frame starts when INTERVAL clocks have passed since the one before and fewer than
-//            CREDITS are under way. release_i says that one has left.
-// Latency:   start_o in the clock in which the frame is offered, if it may start.
+// Function:  a frame may start when INTERVAL clocks have passed since the one before and fewer than
+//            CREDITS are under way. It says so a clock ahead, so that start_i comes from a register.
+// Latency:   none: ready_next_o counts with start_i and release_i of this clock.
 // Overflow:  impossible: the stage's FIFOs hold CREDITS frames.
 // Reset:     all credits are there, the next frame may start at once.
 // Model:     hwgen: sim/src/model/stream.rs, Admit

@@ -27,6 +27,10 @@ module line_mlp (
   output wire        saturated_o,    // an input or a word inside was clipped
   output wire        error_o
 );
+  // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
+  (* keep *) reg rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
   reg  leave_q = 1'b0;
@@ -42,7 +46,7 @@ module line_mlp (
     .CREDITS (12)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -59,7 +63,7 @@ module line_mlp (
     .DEPTH(12)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .ready_next_o(unused_frames_ready_next),
@@ -71,12 +75,14 @@ module line_mlp (
   );
 
   // Layer net_l0: 1 to 1 linear, 1 x 1 multiplier for 1 clocks.
+  (* keep *) reg net_l0_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) net_l0_rst_nq2 <= rst_ni;
   wire net_l0_valid;
   wire net_l0_flag;
   wire [23:0] net_l0_words;
   line_net_l0 u_net_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (net_l0_rst_nq2),
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
@@ -93,7 +99,7 @@ module line_mlp (
     .WIDTH(24)
   ) u_net_l0_gather (
     .clk_i   (clk_i),
-    .rst_ni  (rst_ni),
+    .rst_ni  (net_l0_rst_nq2),
     .valid_i (net_l0_valid),
     .flag_i  (net_l0_flag),
     .data_i  (net_l0_words),
@@ -109,15 +115,17 @@ module line_mlp (
   wire unused_net_ready_next;
   wire net_saturated;
   wire [23:0] net_answer;
-  // A copy of leave_q for this FIFO alone: `keep` keeps it.
+  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
+  (* keep *) reg net_rst_nq2 = 1'b0;
+  (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(25),
     .DEPTH(12)
   ) u_net_answers (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_ni      (net_rst_nq2),
     .valid_i     (net_l0_start),
     .ready_o     (unused_net_ready),
     .ready_next_o(unused_net_ready_next),
