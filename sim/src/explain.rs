@@ -149,25 +149,28 @@ impl Place<'_> {
             _ => {}
         }
         if let Some((pe, "data_q")) = numbered("u_w") {
-            self.array(pe, Some(lane), 1, w, meaning);
+            self.array(pe, Some(lane), 2, w, meaning);
         } else if let Some((pe, rest)) = numbered("u_pe") {
             if let Some((simd, register)) = indexed(rest, "g_mul[") {
                 match register {
                     "u_mul.a_q" => {
-                        self.array(pe, Some(simd), 2, x, meaning);
+                        self.array(pe, Some(simd), 3, x, meaning);
                         meaning.fraction = Some(x);
                     }
-                    "u_mul.b_q" => self.array(pe, Some(simd), 2, w, meaning),
-                    _ => self.array(pe, Some(simd), 3, x + w, meaning),
+                    "u_mul.b_q" => self.array(pe, Some(simd), 3, w, meaning),
+                    _ => self.array(pe, Some(simd), 4, x + w, meaning),
                 }
             } else if let Some(level) = rest.strip_prefix("u_level") {
                 let level = level
                     .split('.')
                     .next()
                     .and_then(|l| l.parse::<usize>().ok());
-                self.array(pe, None, 3 + level.unwrap_or(0), x + w, meaning);
+                self.array(pe, None, 4 + level.unwrap_or(0), x + w, meaning);
+            } else if rest == "operands_q" {
+                meaning.input = self.history.fold(2).and_then(|f| self.layer.input(lane, f));
+                meaning.fraction = Some(x);
             } else {
-                self.array(pe, None, 4 + self.layer.tree_levels(), x + w, meaning);
+                self.array(pe, None, 5 + self.layer.tree_levels(), x + w, meaning);
             }
         } else if path == "u_bias.data_q" || path == "u_requant.sum_q" {
             let up = if path == "u_bias.data_q" {
@@ -183,8 +186,12 @@ impl Place<'_> {
             let own = usize::from(quant.max_extra_shift() > 0);
             match register {
                 "biased_q" => self.lane(lane, 2, Some(x + w + up), meaning),
-                "word_q" => {
+                "value_q" | "negative_q" | "beyond_q" => {
                     self.lane(lane, 3 + own, None, meaning);
+                    meaning.fraction = (register == "value_q").then_some(quant.pre.fraction());
+                }
+                "word_q" => {
+                    self.lane(lane, 4 + own, None, meaning);
                     meaning.fraction = Some(quant.pre.fraction());
                 }
                 _ => {
@@ -204,7 +211,7 @@ impl Place<'_> {
                 "u_pwl.y_q" => (6, Some(quant.output.fraction())),
                 _ => return,
             };
-            self.lane(lane, 3 + own + behind, None, meaning);
+            self.lane(lane, 4 + own + behind, None, meaning);
             meaning.fraction = fraction;
         }
     }

@@ -8,7 +8,7 @@ use hwgen_sim::model::Model;
 use hwgen_sim::session;
 use hwgen_sim::stimulus::segments;
 use hwgen_sim::verify::FirstDifference;
-use hwgen_spec::design::{Design, Feed, Layer, bias_rom_width};
+use hwgen_spec::design::{Design, Layer, bias_rom_width};
 
 use super::fixture::fixture;
 use super::support::{check_source, in_parallel};
@@ -114,11 +114,7 @@ fn a_weight_bit_is_named_by_layer_neuron_input_and_cycle() {
         );
 
         let found = first_difference(&bundle, &source, name);
-        let feed = match layer.feed {
-            Feed::Replay => "u_replay",
-            Feed::Direct => "u_beats",
-        };
-        let counter = format!("u_mlp.u_{name}.{feed}.address_q");
+        let counter = format!("u_mlp.u_{name}.u_w{pe}.address_q");
         assert_eq!(
             found.signal,
             format!("mutant.u_mlp.u_{name}.u_w{pe}.data_q")
@@ -317,9 +313,10 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     assert_eq!(found["layer"], "position_l0");
     assert_eq!(found["neuron"], neuron);
     assert_eq!(found["input"], input);
-    // Three clocks of reset and one until the core is ready; the array's first operand 71 clocks
-    // after the first beat (docs/microarchitecture.md, worked example), its weight one later.
-    assert_eq!(found["cycle"], 4 + 71 + clock + 1);
+    // Five clocks of reset, two on its way and one until the core is ready; the array's first operand
+    // 75 clocks after the first beat (docs/microarchitecture.md, worked example), its weight two
+    // later.
+    assert_eq!(found["cycle"], 8 + 75 + clock + 2);
     assert_eq!(found["segment"], "corners x continuous");
     let files = found["files"].as_array().expect("files");
     assert_eq!(files.len(), 3);
