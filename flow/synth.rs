@@ -14,10 +14,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use hwgen_gen::{Source, sha256, shell};
+use hwgen_gen::{Source, sha256, shell, yosys_commands};
 use hwgen_sim::error::ToolError;
 use hwgen_sim::tool::{self, FoundTool, Invocation, NEXTPNR_ECP5, Toolbox, YOSYS};
-use hwgen_spec::device::{Device, Family, Place, Sites};
+use hwgen_spec::device::{Device, Place, Sites};
 use serde::Serialize;
 
 use netlist::Part;
@@ -210,10 +210,7 @@ impl Plan<'_> {
     /// What Yosys is to do; paths are those in the directory of results.
     fn script(&self) -> String {
         let mut script = String::new();
-        let (cells, synth) = match self.device.family {
-            Family::Generic => ("", "synth"),
-            Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
-        };
+        let (cells, synth) = yosys_commands(self.device.family);
         if !cells.is_empty() {
             script.push_str(&format!("read_verilog -lib {cells}\n"));
         }

@@ -30,6 +30,7 @@ pub use bundle::{Bundle, BundleError, File};
 pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
 pub use shell::shell;
 pub use source::Source;
+pub use top::yosys_commands;
 
 use hwgen_spec::design::{Design, Stage};
 use hwgen_spec::device::Device;

@@ -83,6 +83,14 @@ struct ClockContext<'a> {
 /// Bits of TUSER: saturated, frame error.
 pub(crate) const USER_BITS: usize = 2;
 
+/// What Yosys is told for a family: a file of black boxes, empty for none, and the command.
+pub fn yosys_commands(family: Family) -> (&'static str, &'static str) {
+    match family {
+        Family::Generic => ("", "synth"),
+        Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
+    }
+}
+
 fn purpose(design: &Design) -> String {
     let networks = &design.perceptron().networks;
     let names: Vec<&str> = networks.iter().map(|n| n.name.as_str()).collect();
@@ -200,10 +208,11 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
         sources: sources.clone(),
         models: models.iter().map(|f| f.path.as_str()).collect(),
     };
-    let (family, cells, synth) = match design.device().family {
-        Family::Generic => ("generic", "", "synth"),
-        Family::Ecp5 => ("ECP5", "+/ecp5/cells_bb.v", "synth_ecp5"),
+    let family = match design.device().family {
+        Family::Generic => "generic",
+        Family::Ecp5 => "ECP5",
     };
+    let (cells, synth) = yosys_commands(design.device().family);
     let file = |path: String, text: String| File { path, text };
     vec![
         file(format!("tb/{name}_tb.v"), finish(bench.render())),
