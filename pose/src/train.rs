@@ -4,6 +4,7 @@ mod cholesky;
 pub mod data;
 pub mod learner;
 mod levenberg;
+mod normal;
 mod perceptron;
 pub mod recipe;
 mod rprop;

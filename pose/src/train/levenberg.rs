@@ -1,20 +1,10 @@
 //! Levenberg and Marquardt's method for a perceptron with one hidden layer.
-//!
-//! The normal matrix of all samples is one product: the derivative of output `k` by the hidden
-//! weight from input `i` to neuron `j` is `v_kj (1 - a_j^2) x_i`, so that with the samples'
-//! columns `g = [(1 - a^2) x', a, 1]` the matrix `sum g g'` holds every block up to factors `v`.
 
-use nalgebra::{DMatrix, DMatrixViewMut, DVector};
-use rayon::prelude::*;
+use nalgebra::{DMatrix, DVector};
 
 use super::cholesky;
-use super::perceptron::{Batch, Perceptron, Shape, Slope, output_part};
-
-/// Samples whose columns are multiplied at once.
-const CHUNK: usize = 2048;
-
-/// Rows and columns of the tiles that the product is shared out in.
-const TILE: usize = 512;
+use super::normal::normal_matrix;
+use super::perceptron::{Batch, Perceptron, Shape, Slope};
 
 /// The damping of a fresh start, as a fraction of the normal matrix's diagonal.
 const FIRST_DAMPING: f64 = 1e-2;
@@ -140,128 +130,4 @@ fn further(
         loss = after;
     }
     loss
-}
-
-/// Lower triangle of the mean of `w J'J` over the batch.
-fn normal_matrix(
-    shape: Shape,
-    parameters: &DVector<f64>,
-    net: &Perceptron,
-    batch: &Batch,
-) -> DMatrix<f64> {
-    let products = products(shape, net, batch);
-    let split = shape.hidden_parameters();
-    let (hidden, words) = (shape.hidden, shape.hidden + 1);
-    let output: Vec<_> = (0..shape.outputs)
-        .map(|k| output_part(shape, parameters, k))
-        .collect();
-    // sum over the outputs of v_kj v_kj'
-    let influence = DMatrix::from_fn(hidden, hidden, |j, l| {
-        output.iter().map(|v| v[j] * v[l]).sum::<f64>()
-    });
-    let size = shape.parameters();
-    let mut normal = DMatrix::zeros(size, size);
-    // The columns of an input, for all neurons.
-    let by_input = normal.as_mut_slice()[..split * size].par_chunks_mut(hidden * size);
-    by_input.enumerate().for_each(|(block, columns)| {
-        let mut columns = DMatrixViewMut::from_slice(columns, size, hidden);
-        for below in block..=shape.inputs {
-            let mut part = columns.view_mut((below * hidden, 0), (hidden, hidden));
-            part.copy_from(&products.view((below * hidden, block * hidden), (hidden, hidden)));
-            part.component_mul_assign(&influence);
-        }
-        for (k, v) in output.iter().enumerate() {
-            for j in 0..hidden {
-                let mut part = columns.view_mut((split + k * words, j), (words, 1));
-                part.copy_from(&products.view((split, block * hidden + j), (words, 1)));
-                part *= v[j];
-            }
-        }
-    });
-    for k in 0..shape.outputs {
-        let row = split + k * words;
-        normal
-            .view_mut((row, row), (words, words))
-            .copy_from(&products.view((split, split), (words, words)));
-    }
-    normal
-}
-
-/// Lower triangle of the mean of `w g g'` over the batch.
-///
-/// Tiles are summed over the chunks in order, whatever the number of threads.
-fn products(shape: Shape, net: &Perceptron, batch: &Batch) -> DMatrix<f64> {
-    let size = shape.hidden_parameters() + shape.hidden + 1;
-    let edges: Vec<usize> = (0..size).step_by(TILE).chain([size]).collect();
-    let mut tiles: Vec<(usize, usize, DMatrix<f64>)> = (0..edges.len() - 1)
-        .flat_map(|row| (0..=row).map(move |column| (row, column)))
-        .map(|(row, column)| {
-            let rows = edges[row + 1] - edges[row];
-            let columns = edges[column + 1] - edges[column];
-            (row, column, DMatrix::zeros(rows, columns))
-        })
-        .collect();
-    for first in (0..batch.len()).step_by(CHUNK) {
-        let count = CHUNK.min(batch.len() - first);
-        let columns = sample_columns(shape, net, batch, first, count);
-        let rows: Vec<DMatrix<f32>> = edges
-            .par_windows(2)
-            .map(|edge| columns.rows_range(edge[0]..edge[1]).transpose())
-            .collect();
-        tiles.par_iter_mut().for_each(|(row, column, tile)| {
-            let mut part = DMatrix::<f32>::zeros(tile.nrows(), tile.ncols());
-            part.gemm(
-                1.0,
-                &columns.rows(edges[*row], tile.nrows()),
-                &rows[*column],
-                0.0,
-            );
-            tile.zip_apply(&part, |sum, p| *sum += f64::from(p));
-        });
-    }
-    let mut products = DMatrix::zeros(size, size);
-    let samples = batch.len() as f64;
-    for (row, column, tile) in tiles {
-        products
-            .view_mut((edges[row], edges[column]), tile.shape())
-            .copy_from(&(tile / samples));
-    }
-    products
-}
-
-/// The columns `sqrt(w) g` of a chunk of samples.
-fn sample_columns(
-    shape: Shape,
-    net: &Perceptron,
-    batch: &Batch,
-    first: usize,
-    count: usize,
-) -> DMatrix<f32> {
-    let hidden = shape.hidden;
-    let inputs = batch.inputs(first, count);
-    let words = net.hidden_words(&inputs);
-    let size = shape.hidden_parameters() + hidden + 1;
-    let mut columns = DMatrix::zeros(size, count);
-    columns
-        .as_mut_slice()
-        .par_chunks_mut(size)
-        .enumerate()
-        .for_each(|(sample, column)| {
-            let weight = batch.weight(first + sample).sqrt();
-            let words = words.column(sample);
-            let (by_hidden, by_output) = column.split_at_mut(shape.hidden_parameters());
-            for (part, x) in by_hidden
-                .chunks_mut(hidden)
-                .zip(inputs.column(sample).iter())
-            {
-                let factor = weight * x;
-                for (g, a) in part.iter_mut().zip(words.as_slice()) {
-                    *g = factor * (1.0 - a * a);
-                }
-            }
-            for (g, a) in by_output.iter_mut().zip(words.as_slice()) {
-                *g = weight * a;
-            }
-        });
-    columns
 }
