@@ -68,7 +68,7 @@ pub struct Args {
     /// Hidden neurons of each network [default: 256]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub hidden: Option<usize>,
-    /// Samples, one in five of them kept back for validation [default: 30000; paper: 10000]
+    /// Samples, one in five of them kept back for validation [default: 40000; paper: 10000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub samples: Option<usize>,
     /// Noise levels in px, each for as many samples [default: 0 to 5; paper: 0]

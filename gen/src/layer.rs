@@ -3,7 +3,7 @@
 use askama::Template;
 use hwgen_spec::design::{Feed, Layer, bias_rom_width, extra_shift_width};
 use hwgen_spec::network::Activation;
-use hwgen_spec::schedule::{ACTIVATION_LATENCY, COPY_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
+use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 use hwgen_spec::schedule::{finish_latency, sum_latency};
 
 use crate::bundle::File;
@@ -219,7 +219,7 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         operands_width,
         address_range: range(address),
         address_width: address,
-        control_depth: COPY_LATENCY + ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
+        control_depth: control_depth(layer),
         sums_range: range(pe * sum_width),
         sum_width,
         weights_range: range(simd * bits(w.width())),
@@ -308,7 +308,7 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         w_width: w,
         product_width: x + w,
         sum_width,
-        latency: sum_latency(layer) - ROM_LATENCY,
+        latency: sum_latency(layer) - 1,
         accumulates: layer.accumulates(),
         operands_range: range(simd * x),
         operands_width: simd * x,

@@ -240,7 +240,7 @@ fn rom(
         own_address: given == Address::Copied,
         address: match given {
             Address::Used => "address_i",
-            Address::Copied => "address_q",
+            Address::Copied => "address_q2",
         },
         address_range: range(address),
         address_width: address,

@@ -8,8 +8,8 @@
 // Format:    z_i is signed, in [-max, max]; t has FRACTION fraction bits. The offset has 2 guard bits
 //            and contains half an output step, so that the shift rounds to nearest; that of segment 0
 //            is below an output step, so that zero leads to zero.
-// Latency:   6 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock:
-//            stage 1 magnitude, 2 segment ROM, 3 and 4 multiplier, 5 sum, 6 result.
+// Latency:   7 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock:
+//            stage 1 magnitude, 2 segment ROM, 3 to 5 multiplier, 6 sum, 7 result.
 // Overflow:  impossible: the table's values stay below 2^FRACTION (checked for every code).
 // Reset:     none.
 // Model:     hwgen: sim/src/model/finish.rs, Pwl
@@ -37,20 +37,20 @@ module hwg_pwl #(
 
   reg [MAGNITUDE_WIDTH-1:0] magnitude_q = {MAGNITUDE_WIDTH{1'b0}};    // stage 1
   reg [DISTANCE_WIDTH-1:0]  distance_q  = {DISTANCE_WIDTH{1'b0}};     // stage 2, beside the ROM's word
-  reg [2*OFFSET_WIDTH-1:0]  offset_q    = {2*OFFSET_WIDTH{1'b0}};     // stages 3 and 4: 2 deep, as the multiplier
-  reg [4:0]                 negative_q  = 5'b0;                       // stages 1 to 5: the sign is put back last
+  reg [3*OFFSET_WIDTH-1:0]  offset_q    = {3*OFFSET_WIDTH{1'b0}};     // stages 3 to 5: 3 deep, as the multiplier
+  reg [5:0]                 negative_q  = 6'b0;                       // stages 1 to 6: the sign is put back last
   // verilator lint_off UNUSED
   // The fraction bits below the result are dropped; their half was added with the offset.
-  reg [SUM_WIDTH-1:0]       sum_q       = {SUM_WIDTH{1'b0}};          // stage 5
+  reg [SUM_WIDTH-1:0]       sum_q       = {SUM_WIDTH{1'b0}};          // stage 6
   // verilator lint_on UNUSED
-  reg [WIDTH-1:0]           y_q         = {WIDTH{1'b0}};              // stage 6
+  reg [WIDTH-1:0]           y_q         = {WIDTH{1'b0}};              // stage 7
 
   wire                       negative = z_i[MAGNITUDE_WIDTH];
   wire [MAGNITUDE_WIDTH-1:0] low_bits = z_i[MAGNITUDE_WIDTH-1:0];
   wire [OFFSET_WIDTH-1:0]    offset   = line_i[SLOPE_WIDTH +: OFFSET_WIDTH];
   wire [SLOPE_WIDTH-1:0]     slope    = line_i[SLOPE_WIDTH-1:0];
 
-  wire [PRODUCT_WIDTH-1:0] product;  // stages 3 (operands) and 4
+  wire [PRODUCT_WIDTH-1:0] product;  // stages 3 (operands) to 5
   hwg_mul #(
     .A_WIDTH(DISTANCE_WIDTH + 1),
     .B_WIDTH(SLOPE_WIDTH + 1)
@@ -65,7 +65,7 @@ module hwg_pwl #(
   // The product is below 2^SUM_WIDTH, as the sum is: bits above are zero.
   wire [PRODUCT_WIDTH+SUM_WIDTH-1:0] rise = {{SUM_WIDTH{1'b0}}, product};
   // verilator lint_on UNUSED
-  wire [OFFSET_WIDTH-1:0] old_offset = offset_q[OFFSET_WIDTH +: OFFSET_WIDTH];
+  wire [OFFSET_WIDTH-1:0] old_offset = offset_q[2*OFFSET_WIDTH +: OFFSET_WIDTH];
   wire [SUM_WIDTH-1:0]    base;
   generate
     if (SLOPE_BITS > 2) begin : g_shift
@@ -81,10 +81,10 @@ module hwg_pwl #(
   always @(posedge clk_i) begin
     magnitude_q <= negative ? -low_bits : low_bits;
     distance_q  <= magnitude_q[DISTANCE_WIDTH-1:0];
-    offset_q    <= {offset_q[0 +: OFFSET_WIDTH], offset};
-    negative_q  <= {negative_q[3:0], negative};
+    offset_q    <= {offset_q[0 +: 2*OFFSET_WIDTH], offset};
+    negative_q  <= {negative_q[4:0], negative};
     sum_q       <= base + rise[SUM_WIDTH-1:0];
-    y_q         <= negative_q[4] ? one - t : one + t;
+    y_q         <= negative_q[5] ? one - t : one + t;
   end
 
   assign segment_o = magnitude_q[MAGNITUDE_WIDTH-1:DISTANCE_WIDTH];

@@ -69,7 +69,8 @@ module @{ module }@ (
   reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
   always @(posedge clk_i) operands_q <= @{ operands }@;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree@% if accumulates %@, less the clock of
+  // the elements' own copies@% endif %@.
 @% if accumulates %@  wire tree_valid;
   wire tree_first;
   wire tree_last;

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight@{ sum_note }@.
 // Format:    operands @{ x_format }@, weights @{ w_format }@@{ shift_note }@,
 //            products @{ product_width }@ bits, sums @{ sum_width }@ bits, all exact.
-// Latency:   @{ latency }@ clocks from operands to sum_o; weights come a clock after their operands.
+// Latency:   @{ latency }@ clocks from operands to sum_o; weights come two clocks after their operands.
 // Overflow:  impossible: @{ sum_width }@ bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -14,16 +14,24 @@
 
 module @{ module }@ (
   input  wire clk_i,
-@% if accumulates %@  input  wire enable_i,
+@% if accumulates %@  input  wire enable_i,  // a clock before the foot of the tree
   input  wire first_i,
 @% endif %@  input  wire @{ operands_range }@ operands_i,
   input  wire @{ weights_range }@ weights_i,
   output wire @{ sum_range }@ sum_o
 );
-  // A copy of the operands for this element alone, near to its multipliers; without `keep`, which
-  // some tools look for at the register and others at the process, they share one for all.
+  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
+  // tools look for at the register and others at the process, all elements share one.
   (* keep *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
-  (* keep *) always @(posedge clk_i) operands_q <= operands_i;
+  (* keep *) reg @{ operands_range }@ operands_q2 = {@{ operands_width }@{1'b0}};
+@% if accumulates %@  (* keep *) reg enable_q = 1'b0;
+  (* keep *) reg first_q = 1'b0;
+@% endif %@  (* keep *) always @(posedge clk_i) begin
+    operands_q  <= operands_i;
+    operands_q2 <= operands_q;
+@% if accumulates %@    enable_q    <= enable_i;
+    first_q     <= first_i;
+@% endif %@  end
 
   wire @{ products_range }@ products;
 
@@ -35,7 +43,7 @@ module @{ module }@ (
         .B_WIDTH(@{ w_width }@)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_q[i*@{ x_width }@ +: @{ x_width }@]),
+        .a_i  (operands_q2[i*@{ x_width }@ +: @{ x_width }@]),
         .b_i  (weights_i[i*@{ w_width }@ +: @{ w_width }@]),
         .p_o  (products[i*@{ product_width }@ +: @{ product_width }@])
       );
@@ -58,8 +66,8 @@ module @{ module }@ (
     .SUM_WIDTH(@{ sum_width }@)
   ) u_acc (
     .clk_i   (clk_i),
-    .enable_i(enable_i),
-    .first_i (first_i),
+    .enable_i(enable_q),
+    .first_i (first_q),
     .word_i  (@{ tree }@),
     .sum_o   (sum_o)
   );

@@ -2,7 +2,7 @@
 // @{ module }@: @{ purpose }@.
 //
 @% for line in notes %@// @{ line }@
-@% endfor %@// Latency:   @% if own_address %@2 clocks: address and word are registered@% else %@1 clock, the word is registered@% endif %@. Reset: none.
+@% endfor %@// Latency:   @% if own_address %@3 clocks: the address is registered twice, the word once@% else %@1 clock, the word is registered@% endif %@. Reset: none.
 // @{ provenance }@
 `default_nettype none
 
@@ -11,10 +11,14 @@ module @{ module }@ (
   input  wire @{ address_range }@ address_i,
   output wire @{ data_range }@ data_o
 );
-@% if own_address %@  // A copy of the address for this ROM alone, near to it; without `keep`, which some tools look for
-  // at the register and others at the process, they share one for all.
+@% if own_address %@  // A copy of the address for this ROM alone, a clock to it and a clock from it; without `keep`,
+  // which some tools look for at the register and others at the process, they share one for all.
   (* keep *) reg @{ address_range }@ address_q = @{ address_width }@'d0;
-  (* keep *) always @(posedge clk_i) address_q <= address_i;
+  (* keep *) reg @{ address_range }@ address_q2 = @{ address_width }@'d0;
+  (* keep *) always @(posedge clk_i) begin
+    address_q  <= address_i;
+    address_q2 <= address_q;
+  end
 
 @% endif %@  // @{ rom_note }@
   (* rom_style = "@{ rom_style }@" *)

@@ -149,28 +149,34 @@ impl Place<'_> {
             _ => {}
         }
         if let Some((pe, "data_q")) = numbered("u_w") {
-            self.array(pe, Some(lane), 2, w, meaning);
+            self.array(pe, Some(lane), 3, w, meaning);
         } else if let Some((pe, rest)) = numbered("u_pe") {
             if let Some((simd, register)) = indexed(rest, "g_mul[") {
                 match register {
                     "u_mul.a_q" => {
-                        self.array(pe, Some(simd), 3, x, meaning);
+                        self.array(pe, Some(simd), 4, x, meaning);
                         meaning.fraction = Some(x);
                     }
-                    "u_mul.b_q" => self.array(pe, Some(simd), 3, w, meaning),
-                    _ => self.array(pe, Some(simd), 4, x + w, meaning),
+                    "u_mul.b_q" => self.array(pe, Some(simd), 4, w, meaning),
+                    "u_mul.p_q" => self.array(pe, Some(simd), 5, x + w, meaning),
+                    _ => self.array(pe, Some(simd), 6, x + w, meaning),
                 }
             } else if let Some(level) = rest.strip_prefix("u_level") {
                 let level = level
                     .split('.')
                     .next()
                     .and_then(|l| l.parse::<usize>().ok());
-                self.array(pe, None, 4 + level.unwrap_or(0), x + w, meaning);
-            } else if rest == "operands_q" {
-                meaning.input = self.history.fold(2).and_then(|f| self.layer.input(lane, f));
+                self.array(pe, None, 6 + level.unwrap_or(0), x + w, meaning);
+            } else if let Some(behind) = match rest {
+                "operands_q" => Some(2),
+                "operands_q2" => Some(3),
+                _ => None,
+            } {
+                let fold = self.history.fold(behind);
+                meaning.input = fold.and_then(|f| self.layer.input(lane, f));
                 meaning.fraction = Some(x);
-            } else {
-                self.array(pe, None, 5 + self.layer.tree_levels(), x + w, meaning);
+            } else if rest.starts_with("u_acc") {
+                self.array(pe, None, 7 + self.layer.tree_levels(), x + w, meaning);
             }
         } else if path == "u_bias.data_q" || path == "u_requant.sum_q" {
             let up = if path == "u_bias.data_q" {
@@ -207,8 +213,9 @@ impl Place<'_> {
                 "u_segments.data_q" => (2, None),
                 "u_pwl.u_mul.a_q" | "u_pwl.u_mul.b_q" => (3, None),
                 "u_pwl.u_mul.p_q" => (4, None),
-                "u_pwl.sum_q" => (5, None),
-                "u_pwl.y_q" => (6, Some(quant.output.fraction())),
+                "u_pwl.u_mul.r_q" => (5, None),
+                "u_pwl.sum_q" => (6, None),
+                "u_pwl.y_q" => (7, Some(quant.output.fraction())),
                 _ => return,
             };
             self.lane(lane, 4 + own + behind, None, meaning);

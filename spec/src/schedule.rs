@@ -8,12 +8,13 @@ use serde::Serialize;
 use crate::design::{Feed, Layer, Perceptron, Port};
 
 /// Cycles in which every weight ROM takes a copy of the address and every processing element one
-/// of the operands.
-pub const COPY_LATENCY: usize = 1;
+/// of the operands: one clock to the copy, one from there to where it is needed.
+pub const COPY_LATENCY: usize = 2;
 /// Cycles from a ROM's address to its registered word.
 pub const ROM_LATENCY: usize = 1;
-/// Cycles from a multiplier's operands to its registered product.
-pub const MULTIPLIER_LATENCY: usize = 2;
+/// Cycles from a multiplier's operands to its product, which is registered twice: in the device's
+/// block and, on its way to the adders, outside.
+pub const MULTIPLIER_LATENCY: usize = 3;
 /// Cycles from a sum to its requantized word, a neuron's own shift not counted.
 pub const REQUANT_LATENCY: usize = 4;
 /// Cycles of the stage that undoes a neuron's own shift.
@@ -108,6 +109,12 @@ pub fn sum_latency(layer: &Layer) -> usize {
         + MULTIPLIER_LATENCY
         + layer.tree_levels()
         + usize::from(layer.accumulates())
+}
+
+/// Clocks that control bits are kept beside the array: until its sums, or where these are
+/// accumulated until the elements take copies of the bits, a clock before the foot of the trees.
+pub fn control_depth(layer: &Layer) -> usize {
+    sum_latency(layer) - if layer.accumulates() { 2 } else { 0 }
 }
 
 /// Cycles from a sum to the layer's output word.

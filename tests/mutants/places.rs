@@ -114,7 +114,7 @@ fn a_weight_bit_is_named_by_layer_neuron_input_and_cycle() {
         );
 
         let found = first_difference(&bundle, &source, name);
-        let counter = format!("u_mlp.u_{name}.u_w{pe}.address_q");
+        let counter = format!("u_mlp.u_{name}.u_w{pe}.address_q2");
         assert_eq!(
             found.signal,
             format!("mutant.u_mlp.u_{name}.u_w{pe}.data_q")
@@ -314,9 +314,9 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     assert_eq!(found["neuron"], neuron);
     assert_eq!(found["input"], input);
     // Five clocks of reset, two on its way and one until the core is ready; the array's first operand
-    // 75 clocks after the first beat (docs/microarchitecture.md, worked example), its weight two
+    // 77 clocks after the first beat (docs/microarchitecture.md, worked example), its weight three
     // later.
-    assert_eq!(found["cycle"], 8 + 75 + clock + 2);
+    assert_eq!(found["cycle"], 8 + 77 + clock + 3);
     assert_eq!(found["segment"], "corners x continuous");
     let files = found["files"].as_array().expect("files");
     assert_eq!(files.len(), 3);

@@ -16,8 +16,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "product register bypassed",
         file: "rtl/hwg_mul.v",
-        find: "assign p_o = p_q;",
-        replace: "assign p_o = a_q * b_q;",
+        find: "assign p_o = r_q;",
+        replace: "assign p_o = p_q;",
         signal: "mutant.u_mlp.u_a_l0.g_act[1].u_pwl.sum_q",
     },
     Mutant {
@@ -79,9 +79,30 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "group done at its first word",
         file: "rtl/hwg_group.v",
-        find: "done_q <= valid_i & last_i",
-        replace: "done_q <= valid_i & first_i",
+        find: "done_q  <= valid_i & last_i",
+        replace: "done_q  <= valid_i & first_i",
         signal: "mutant.u_mlp.u_shared_l0.u_group.done_q",
+    },
+    Mutant {
+        name: "group done a clock early",
+        file: "rtl/hwg_group.v",
+        find: "assign done_o = done_q2;",
+        replace: "assign done_o = done_q;",
+        signal: "mutant.u_mlp.u_shared_l0.u_requant.beat_q",
+    },
+    Mutant {
+        name: "accumulators enabled a clock early",
+        file: "rtl/mutant_b_l1_pe.v",
+        find: ".enable_i(enable_q)",
+        replace: ".enable_i(enable_i)",
+        signal: "mutant.u_mlp.u_b_l1.u_pe0.u_acc.sum_q",
+    },
+    Mutant {
+        name: "address of a weight a clock early",
+        file: "rtl/mutant_b_l0_w0.v",
+        find: "address_q2 <= address_q;",
+        replace: "address_q2 <= address_i;",
+        signal: "mutant.u_mlp.u_b_l0.u_w0.address_q2",
     },
     Mutant {
         name: "drain turned round",
@@ -186,7 +207,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_requant.v",
         find: "      beat_q  <= {ADDRESS_WIDTH{1'b0}};",
         replace: "      beat_q  <= beat_q;",
-        signal: "mutant.u_mlp.u_a_l0.u_requant.beat_q",
+        signal: "mutant.u_mlp.u_shared_l0.u_requant.beat_q",
     },
     Mutant {
         name: "product not moved up",
@@ -205,8 +226,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "sign of tanh a clock early",
         file: "rtl/hwg_pwl.v",
-        find: "negative_q[4] ?",
-        replace: "negative_q[3] ?",
+        find: "negative_q[5] ?",
+        replace: "negative_q[4] ?",
         signal: "mutant.u_mlp.u_a_l0.g_act[1].u_pwl.y_q",
     },
     Mutant {
@@ -219,8 +240,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "offset a clock early",
         file: "rtl/hwg_pwl.v",
-        find: "offset_q[OFFSET_WIDTH +: OFFSET_WIDTH];",
-        replace: "offset_q[0 +: OFFSET_WIDTH];",
+        find: "offset_q[2*OFFSET_WIDTH +: OFFSET_WIDTH];",
+        replace: "offset_q[OFFSET_WIDTH +: OFFSET_WIDTH];",
         signal: "mutant.u_mlp.u_b_l0.g_act[0].u_pwl.sum_q",
     },
     Mutant {
@@ -492,8 +513,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "operands of two multipliers swapped",
         file: "rtl/mutant_a_l0_pe.v",
-        find: "operands_q[i*",
-        replace: "operands_q[(5-i)*",
+        find: "operands_q2[i*",
+        replace: "operands_q2[(5-i)*",
         signal: "mutant.u_mlp.u_a_l0.u_pe0.g_mul[1].u_mul.a_q",
     },
     Mutant {

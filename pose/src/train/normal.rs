@@ -213,11 +213,7 @@ impl Tile {
 }
 
 /// Adds a product that is made in single precision.
-fn add_product(
-    sum: &mut DMatrix<f64>,
-    left: &DMatrixView<'_, f32>,
-    right: &DMatrixView<'_, f32>,
-) {
+fn add_product(sum: &mut DMatrix<f64>, left: &DMatrixView<'_, f32>, right: &DMatrixView<'_, f32>) {
     let mut product = DMatrix::<f32>::zeros(left.nrows(), right.ncols());
     product.gemm(1.0, left, right, 0.0);
     sum.zip_apply(&product, |sum, p| *sum += f64::from(p));

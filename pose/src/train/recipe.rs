@@ -117,7 +117,7 @@ impl Recipe {
     pub fn best() -> Self {
         Self {
             hidden: 256,
-            samples: 30_000,
+            samples: 40_000,
             noise_px: vec![
                 0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 3.0, 5.0,
             ],
@@ -128,7 +128,7 @@ impl Recipe {
             relative: true,
             noise_half_px: 1.0,
             weight_decay: 0.0,
-            epochs: 30,
+            epochs: 36,
             patience: 10,
         }
     }
@@ -137,7 +137,7 @@ impl Recipe {
     pub fn with_optimizer(self, optimizer: Optimizer) -> Self {
         let (epochs, patience) = match optimizer {
             Optimizer::Rprop => (5_000, 200),
-            Optimizer::Levenberg => (30, 10),
+            Optimizer::Levenberg => (36, 10),
         };
         Self {
             optimizer,

@@ -2,8 +2,9 @@
 // hwg_mul: signed multiplier in a DSP block of an ECP5, with the block's own registers.
 //
 // Function:  p_o = a_i * b_i, exact.
-// Latency:   2 clocks, one product a clock: the block's input and output registers. Synthesis moves no
-//            register of ours into the block, which is why it is instantiated.
+// Latency:   3 clocks, one product a clock: the block's input and output registers, and one outside, for
+//            the blocks stand far from each other and from the adders. Synthesis moves no register
+//            of ours into the block, which is why it is instantiated.
 // Operands:  up to 18 bits fill one MULT18X18D; wider ones are left to synthesis.
 // Overflow:  impossible: the product has A_WIDTH + B_WIDTH bits.
 // Reset:     none; the block's registers are 0 after configuration.
@@ -25,6 +26,7 @@ module hwg_mul #(
   wire [B_WIDTH-1:0]         b_q;
   wire [A_WIDTH+B_WIDTH-1:0] p_q;
   // verilator lint_on UNUSED
+  reg  [A_WIDTH+B_WIDTH-1:0] r_q = {(A_WIDTH+B_WIDTH){1'b0}};
 
   generate
     if (A_WIDTH <= 18 && B_WIDTH <= 18) begin : g_block
@@ -91,7 +93,9 @@ module hwg_mul #(
     end
   endgenerate
 
-  assign p_o = p_q;
+  always @(posedge clk_i) r_q <= p_q;
+
+  assign p_o = r_q;
 endmodule
 
 `default_nettype wire

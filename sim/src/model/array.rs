@@ -11,7 +11,7 @@ use super::probe::{Probe, address_bits, counter_bits, within};
 type Row = [f64; 4];
 
 /// Age of a product.
-const FOOT: usize = 3;
+const FOOT: usize = 5;
 
 /// All processing elements of a layer, each with its weight ROM, and the operands in front of them.
 ///
@@ -24,13 +24,15 @@ const FOOT: usize = 3;
 /// | age | registers |
 /// |---|---|
 /// | 0 | `operands_q` of the layer, `address_q` of each ROM |
-/// | 1 | `operands_q` of each element, `data_q` of each ROM |
-/// | 2 | `a_q`, `b_q` |
-/// | 3 | `p_q` |
-/// | 3 + k | `sum_q` of level k, the last one being the foot |
+/// | 1 | `operands_q` of each element, `address_q2` of each ROM |
+/// | 2 | `operands_q2` of each element, `data_q` of each ROM |
+/// | 3 | `a_q`, `b_q` |
+/// | 4 | `p_q` |
+/// | 5 | `r_q` |
+/// | 5 + k | `sum_q` of level k, the last one being the foot |
 ///
-/// At power-up the history is of zeros, and so is all that comes of it; only the first word that
-/// leaves a ROM is that of address 0.
+/// At power-up the history is of zeros, and so is all that comes of it; only the first two words
+/// that leave a ROM are that of address 0.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
@@ -50,6 +52,9 @@ pub(super) struct Array {
     words: Vec<usize>,
     /// Slot of age 0; greater ages follow.
     newest: usize,
+    /// `enable_q` and `first_q`, the same in all elements.
+    enable: bool,
+    first: bool,
     /// `[block]`
     accumulators: Option<Vec<Row>>,
 }
@@ -83,11 +88,14 @@ impl Array {
             levels,
             weights,
             blocks,
-            operands: vec![0.0; (levels + 4) * simd],
-            words: std::iter::once(1)
-                .chain(std::iter::repeat_n(0, levels + 3))
+            operands: vec![0.0; (levels + FOOT + 1) * simd],
+            words: [1, 1]
+                .into_iter()
+                .chain(std::iter::repeat_n(0, levels + FOOT - 1))
                 .collect(),
             newest: 0,
+            enable: false,
+            first: false,
             accumulators: layer.accumulates().then(|| vec![zero; blocks]),
         }
     }
@@ -103,6 +111,12 @@ impl Array {
             &self.operands[slot * self.simd..][..self.simd],
             &self.weights[word * words..][..words],
         )
+    }
+
+    /// The address of `age` clocks ago.
+    fn address(&self, age: usize) -> usize {
+        let slots = self.words.len();
+        self.words[(self.newest + age) % slots].saturating_sub(1)
     }
 
     /// Writes one sum an element: the accumulators, or the feet of the trees.
@@ -129,7 +143,7 @@ impl Array {
         }
     }
 
-    /// `enable`, `first`: control bits that have kept pace with the trees.
+    /// `enable`, `first`: control bits a clock ahead of the foot of the trees.
     #[inline]
     pub(super) fn step(
         &mut self,
@@ -138,16 +152,19 @@ impl Array {
         enable: bool,
         first: bool,
     ) {
-        if enable && let Some(mut accumulators) = self.accumulators.take() {
+        if self.enable
+            && let Some(mut accumulators) = self.accumulators.take()
+        {
             let (operands, weights) = self.history(FOOT + self.levels);
             let mut at = 0;
             for sum in &mut accumulators {
                 let foot = dot(operands, &weights[at..]);
-                *sum = if first { foot } else { add(sum, &foot) };
+                *sum = if self.first { foot } else { add(sum, &foot) };
                 at += self.simd;
             }
             self.accumulators = Some(accumulators);
         }
+        (self.enable, self.first) = (enable, first);
         // The oldest slot becomes the newest.
         self.newest = self.newest.checked_sub(1).unwrap_or(self.words.len() - 1);
         self.words[self.newest] = 1 + address;
@@ -157,10 +174,10 @@ impl Array {
         }
     }
 
-    /// What `operands_q` holds: of the layer at age 0, of an element at age 1.
-    pub(super) fn show_operands<P: Probe>(&self, age: usize, probe: &mut P) {
+    /// The operands that are shown: `operands_q` of the layer at age 0, those of an element later.
+    pub(super) fn show_operands<P: Probe>(&self, name: &str, age: usize, probe: &mut P) {
         let operands: Vec<i64> = self.history(age).0.iter().copied().map(code).collect();
-        probe.words("operands_q", self.x_bits, &operands);
+        probe.words(name, self.x_bits, &operands);
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -175,20 +192,27 @@ impl Array {
                 let pairs = operands.iter().zip(weights(age));
                 pairs.map(|(a, b)| code(*a) * b).collect()
             };
-            let (a, b, p_q) = (self.history(2).0, weights(2), products(3));
+            let (a, b, p_q, r_q) = (self.history(3).0, weights(3), products(4), products(5));
             within(probe, format_args!("u_w{p}"), |probe| {
-                let address = self.words[self.newest].saturating_sub(1);
-                probe.count("address_q", address_bits(self.folds), address);
-                probe.words("data_q", self.w_bits, &weights(1));
+                let bits = address_bits(self.folds);
+                probe.count("address_q", bits, self.address(0));
+                probe.count("address_q2", bits, self.address(1));
+                probe.words("data_q", self.w_bits, &weights(2));
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
-                self.show_operands(1, probe);
+                self.show_operands("operands_q", 1, probe);
+                self.show_operands("operands_q2", 2, probe);
+                if self.accumulators.is_some() {
+                    probe.bit("enable_q", self.enable);
+                    probe.bit("first_q", self.first);
+                }
                 for s in 0..self.simd {
                     within(probe, format_args!("g_mul[{s}]"), |probe| {
                         within(probe, format_args!("u_mul"), |probe| {
                             probe.word("a_q", self.x_bits, code(a[s]));
                             probe.word("b_q", self.w_bits, b[s]);
                             probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
+                            probe.word("r_q", self.x_bits + self.w_bits, r_q[s]);
                         });
                     });
                 }
@@ -264,20 +288,27 @@ pub(super) fn code(sum: f64) -> i64 {
 pub(super) struct Group {
     pub(super) done: bool,
     pub(super) flag: bool,
+    /// `done_q`, `flag_q`: what the other two, `done_q2` and `flag_q2`, will be.
+    done_next: bool,
+    flag_next: bool,
 }
 
 impl Group {
     #[inline]
     pub(super) fn step(&mut self, reset: bool, control: super::feed::Control) {
-        self.done = !reset && control.valid && control.last;
+        self.done = !reset && self.done_next;
+        self.flag = self.flag_next;
+        self.done_next = !reset && control.valid && control.last;
         if control.valid {
-            self.flag = (self.flag && !control.first) || control.flag;
+            self.flag_next = (self.flag_next && !control.first) || control.flag;
         }
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        probe.bit("done_q", self.done);
-        probe.bit("flag_q", self.flag);
+        probe.bit("done_q", self.done_next);
+        probe.bit("done_q2", self.done);
+        probe.bit("flag_q", self.flag_next);
+        probe.bit("flag_q2", self.flag);
     }
 }
 

@@ -372,8 +372,8 @@ impl Units {
             }
         };
         let part = |age| self.distance(argument(age).abs());
-        let negative = (0..5).map(|age| i64::from(argument(age) < 0) << age).sum();
-        let sum = (line(4).0 << (table.slope_bits() - GUARD_BITS)) + part(4) * line(4).1;
+        let negative = (0..6).map(|age| i64::from(argument(age) < 0) << age).sum();
+        let sum = (line(5).0 << (table.slope_bits() - GUARD_BITS)) + part(5) * line(5).1;
         let (distance, slope) = (table.distance_bits(), table.slope_width());
         within(probe, format_args!("u_segments"), |probe| {
             let (a, b) = line(1);
@@ -382,14 +382,19 @@ impl Units {
         within(probe, format_args!("u_pwl"), |probe| {
             probe.word("magnitude_q", table.magnitude_bits(), argument(0).abs());
             probe.word("distance_q", distance, part(1));
-            probe.words("offset_q", table.offset_width(), &[line(2).0, line(3).0]);
-            probe.word("negative_q", 5, negative);
+            probe.words(
+                "offset_q",
+                table.offset_width(),
+                &[line(2).0, line(3).0, line(4).0],
+            );
+            probe.word("negative_q", 6, negative);
             probe.word("sum_q", table.fraction() + table.slope_bits(), sum);
             probe.word("y_q", self.bits, y);
             within(probe, format_args!("u_mul"), |probe| {
                 probe.word("a_q", distance + 1, part(2));
                 probe.word("b_q", slope + 1, line(2).1);
                 probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+                probe.word("r_q", distance + slope + 2, part(4) * line(4).1);
             });
         });
     }

@@ -1,7 +1,7 @@
 //! One layer: its feed, its array, what comes behind the sums.
 
 use hwgen_spec::design::{Feed, Layer};
-use hwgen_spec::schedule::{ACTIVATION_LATENCY, COPY_LATENCY, MULTIPLIER_LATENCY, ROM_LATENCY};
+use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 
 use super::array::{Array, Drain, Group, real};
 use super::feed::{Beats, Control, Replay};
@@ -52,7 +52,7 @@ impl LayerModel {
             },
             control: Delay::new(
                 if layer.accumulates() { 4 } else { 2 },
-                COPY_LATENCY + ROM_LATENCY + MULTIPLIER_LATENCY + layer.tree_levels(),
+                control_depth(layer),
             ),
             array: Array::new(layer),
             group: layer.accumulates().then(Group::default),
@@ -164,7 +164,7 @@ impl LayerModel {
                     within(probe, format_args!("u_beats"), |p| beats.show(p));
                 }
             }
-            self.array.show_operands(0, probe);
+            self.array.show_operands("operands_q", 0, probe);
             within(probe, format_args!("u_control"), |p| self.control.show(p));
             self.array.show(probe);
             if let Some(group) = &self.group {

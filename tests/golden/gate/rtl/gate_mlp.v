@@ -5,7 +5,7 @@
 //              net: 7 sigmoid, 2 sigmoid
 // Format:    words of the input frame are read as Q1.14; those of the output frame are sign-extended to
 //            16 bits.
-// Latency:   43 clocks from start to the output frame; a frame every 7 clocks.
+// Latency:   49 clocks from start to the output frame; a frame every 7 clocks.
 // Overflow:  inside there is no back-pressure: at most 7 frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.

@@ -4,7 +4,7 @@
 // Function:  y = sigmoid(W x + b): 1 neuron x 3 inputs a clock, 7 clocks a frame;
 //            the vector is held and offered 7 times, once for each group of neurons.
 // Format:    x Q1.14, W Q0.9, y Q0.12 (13 bits).
-// Latency:   6 clocks from an operand to its sum, 10 from a sum to its word.
+// Latency:   8 clocks from an operand to its sum, 11 from a sum to its word.
 // Overflow:  sums can't; the argument is clipped to +-(8 - 2^-10), part of sigmoid, and raises no flag.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -58,7 +58,7 @@ module gate_net_l0 (
   wire sums_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(6)
+    .DEPTH(8)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),
@@ -121,7 +121,7 @@ module gate_net_l0 (
   // Activation: one unit a lane, each with its own copy of the segments.
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(6)
+    .DEPTH(7)
   ) u_act_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

@@ -5,7 +5,7 @@
 //            the words of the layer before are used as they come.
 //            A sum takes 7 clocks and is kept in an accumulator.
 // Format:    x Q0.12, W Q0.9, y Q0.12 (13 bits).
-// Latency:   5 clocks from an operand to its sum, 1 to 2 in the drain, 10 from a sum to its word.
+// Latency:   7 clocks from an operand to its sum, 1 to 2 in the drain, 11 from a sum to its word.
 // Overflow:  sums can't; the argument is clipped to +-(8 - 2^-10), part of sigmoid, and raises no flag.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -42,14 +42,15 @@ module gate_net_l1 (
   reg [12:0] operands_q = {13{1'b0}};
   always @(posedge clk_i) operands_q <= words_i;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(4)
+    .DEPTH(5)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),
@@ -161,7 +162,7 @@ module gate_net_l1 (
   // Activation: one unit a lane, each with its own copy of the segments.
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(6)
+    .DEPTH(7)
   ) u_act_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

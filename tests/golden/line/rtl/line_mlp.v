@@ -5,8 +5,8 @@
 //              net: 1 linear
 // Format:    words of the input frame are read as Q3.10; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   12 clocks from start to the output frame; a frame every 1 clocks.
-// Overflow:  inside there is no back-pressure: at most 12 frames are under way, and the FIFOs
+// Latency:   14 clocks from start to the output frame; a frame every 1 clocks.
+// Overflow:  inside there is no back-pressure: at most 14 frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs
@@ -43,7 +43,7 @@ module line_mlp (
 
   hwg_admit #(
     .INTERVAL(1),
-    .CREDITS (12)
+    .CREDITS (14)
   ) u_admit (
     .clk_i       (clk_i),
     .rst_ni      (rst_nq2),
@@ -60,7 +60,7 @@ module line_mlp (
   wire unused_frames_ready_next;
   hwg_fifo #(
     .WIDTH(2),
-    .DEPTH(12)
+    .DEPTH(14)
   ) u_frames (
     .clk_i       (clk_i),
     .rst_ni      (rst_nq2),
@@ -122,7 +122,7 @@ module line_mlp (
   (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(25),
-    .DEPTH(12)
+    .DEPTH(14)
   ) u_net_answers (
     .clk_i       (clk_i),
     .rst_ni      (net_rst_nq2),

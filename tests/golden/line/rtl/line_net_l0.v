@@ -4,7 +4,7 @@
 // Function:  y = linear(W x + b): 1 neuron x 1 input a clock, 1 clocks a frame;
 //            the vector is held and offered once.
 // Format:    x Q3.10, W Q0.15, y Q2.21 (24 bits).
-// Latency:   4 clocks from an operand to its sum, 4 from a sum to its word.
+// Latency:   6 clocks from an operand to its sum, 4 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q2.21 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -58,7 +58,7 @@ module line_net_l0 (
   wire sums_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(4)
+    .DEPTH(6)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight.
 // Format:    operands Q3.10, weights Q0.15,
 //            products 30 bits, sums 30 bits, all exact.
-// Latency:   3 clocks from operands to sum_o; weights come a clock after their operands.
+// Latency:   5 clocks from operands to sum_o; weights come two clocks after their operands.
 // Overflow:  impossible: 30 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -18,10 +18,14 @@ module line_net_l0_pe (
   input  wire [15:0] weights_i,
   output wire [29:0] sum_o
 );
-  // A copy of the operands for this element alone, near to its multipliers; without `keep`, which
-  // some tools look for at the register and others at the process, they share one for all.
+  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
+  // tools look for at the register and others at the process, all elements share one.
   (* keep *) reg [13:0] operands_q = {14{1'b0}};
-  (* keep *) always @(posedge clk_i) operands_q <= operands_i;
+  (* keep *) reg [13:0] operands_q2 = {14{1'b0}};
+  (* keep *) always @(posedge clk_i) begin
+    operands_q  <= operands_i;
+    operands_q2 <= operands_q;
+  end
 
   wire [29:0] products;
 
@@ -33,7 +37,7 @@ module line_net_l0_pe (
         .B_WIDTH(16)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_q[i*14 +: 14]),
+        .a_i  (operands_q2[i*14 +: 14]),
         .b_i  (weights_i[i*16 +: 16]),
         .p_o  (products[i*30 +: 30])
       );

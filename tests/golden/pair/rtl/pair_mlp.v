@@ -6,8 +6,8 @@
 //              size: 3 relu, 1 linear
 // Format:    words of the input frame are read as Q7.5; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   108 clocks from start to the output frame; a frame every 14 clocks.
-// Overflow:  inside there is no back-pressure: at most 8 frames are under way, and the FIFOs
+// Latency:   118 clocks from start to the output frame; a frame every 14 clocks.
+// Overflow:  inside there is no back-pressure: at most 9 frames are under way, and the FIFOs
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs
@@ -44,7 +44,7 @@ module pair_mlp (
 
   hwg_admit #(
     .INTERVAL(14),
-    .CREDITS (8)
+    .CREDITS (9)
   ) u_admit (
     .clk_i       (clk_i),
     .rst_ni      (rst_nq2),
@@ -61,7 +61,7 @@ module pair_mlp (
   wire unused_frames_ready_next;
   hwg_fifo #(
     .WIDTH(2),
-    .DEPTH(8)
+    .DEPTH(9)
   ) u_frames (
     .clk_i       (clk_i),
     .rst_ni      (rst_nq2),
@@ -276,7 +276,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) turn_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(61),
-    .DEPTH(8)
+    .DEPTH(9)
   ) u_turn_answers (
     .clk_i       (clk_i),
     .rst_ni      (turn_rst_nq2),
@@ -304,7 +304,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) size_rst_nq2 <= rst_ni;
   hwg_fifo #(
     .WIDTH(21),
-    .DEPTH(8)
+    .DEPTH(9)
   ) u_size_answers (
     .clk_i       (clk_i),
     .rst_ni      (size_rst_nq2),

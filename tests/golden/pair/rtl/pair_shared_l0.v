@@ -5,7 +5,7 @@
 //            the vector is held and offered 7 times, once for each group of neurons.
 //            A sum takes 2 clocks and is kept in an accumulator.
 // Format:    x Q7.5, W Q-6.14, y Q1.16 (18 bits).
-// Latency:   7 clocks from an operand to its sum, 5 from a sum to its word.
+// Latency:   9 clocks from an operand to its sum, 5 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q1.16 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -54,14 +54,15 @@ module pair_shared_l0 (
   reg [38:0] operands_q = {39{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(6)
+    .DEPTH(7)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

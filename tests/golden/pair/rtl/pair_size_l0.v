@@ -5,7 +5,7 @@
 //            the vector is held and offered 3 times, once for each group of neurons.
 //            A sum takes 4 clocks and is kept in an accumulator.
 // Format:    x Q1.16, W Q0.8, y Q2.15 (18 bits).
-// Latency:   6 clocks from an operand to its sum, 4 from a sum to its word.
+// Latency:   8 clocks from an operand to its sum, 4 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q2.15 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -54,14 +54,15 @@ module pair_size_l0 (
   reg [35:0] operands_q = {36{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(5)
+    .DEPTH(6)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

@@ -5,7 +5,7 @@
 //            the words of the layer before are used as they come.
 //            A sum takes 3 clocks and is kept in an accumulator.
 // Format:    x Q2.15, W Q4.4, y Q6.13 (20 bits).
-// Latency:   5 clocks from an operand to its sum, 4 from a sum to its word.
+// Latency:   7 clocks from an operand to its sum, 4 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q6.13 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -42,14 +42,15 @@ module pair_size_l1 (
   reg [17:0] operands_q = {18{1'b0}};
   always @(posedge clk_i) operands_q <= words_i;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(4)
+    .DEPTH(5)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

@@ -5,7 +5,7 @@
 //            the vector is held and offered 3 times, once for each group of neurons.
 //            A sum takes 3 clocks and is kept in an accumulator.
 // Format:    x Q0.12, W Q0.8, y Q0.12 (13 bits).
-// Latency:   6 clocks from an operand to its sum, 10 from a sum to its word.
+// Latency:   8 clocks from an operand to its sum, 11 from a sum to its word.
 // Overflow:  sums can't; the argument is clipped to +-(4 - 2^-12), part of tanh, and raises no flag.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -54,14 +54,15 @@ module pair_turn_l1 (
   reg [25:0] operands_q = {26{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(5)
+    .DEPTH(6)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),
@@ -139,7 +140,7 @@ module pair_turn_l1 (
   // Activation: one unit a lane, each with its own copy of the segments.
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(6)
+    .DEPTH(7)
   ) u_act_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

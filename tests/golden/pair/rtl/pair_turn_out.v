@@ -5,7 +5,7 @@
 //            the vector is held and offered 3 times, once for each group of neurons.
 //            A sum takes 3 clocks and is kept in an accumulator.
 // Format:    x Q0.12, W Q2.6, y Q1.18 (20 bits).
-// Latency:   5 clocks from an operand to its sum, 5 from a sum to its word.
+// Latency:   7 clocks from an operand to its sum, 5 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q1.18 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -54,14 +54,15 @@ module pair_turn_out (
   reg [12:0] operands_q = {13{1'b0}};
   always @(posedge clk_i) operands_q <= operands;
 
-  // Control bits keep pace with copies, ROM, multipliers and adder tree.
+  // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
+  // the elements' own copies.
   wire tree_valid;
   wire tree_first;
   wire tree_last;
   wire tree_flag;
   hwg_delay #(
     .WIDTH(4),
-    .DEPTH(4)
+    .DEPTH(5)
   ) u_control (
     .clk_i (clk_i),
     .rst_ni(rst_ni),

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight, accumulated over a group of clocks.
 // Format:    operands Q0.12, weights Q2.6 (finer where a neuron has a shift of its own),
 //            products 22 bits, sums 22 bits, all exact.
-// Latency:   4 clocks from operands to sum_o; weights come a clock after their operands.
+// Latency:   6 clocks from operands to sum_o; weights come two clocks after their operands.
 // Overflow:  impossible: 22 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -14,16 +14,24 @@
 
 module pair_turn_out_pe (
   input  wire        clk_i,
-  input  wire        enable_i,
+  input  wire        enable_i,  // a clock before the foot of the tree
   input  wire        first_i,
   input  wire [12:0] operands_i,
   input  wire [8:0]  weights_i,
   output wire [21:0] sum_o
 );
-  // A copy of the operands for this element alone, near to its multipliers; without `keep`, which
-  // some tools look for at the register and others at the process, they share one for all.
+  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
+  // tools look for at the register and others at the process, all elements share one.
   (* keep *) reg [12:0] operands_q = {13{1'b0}};
-  (* keep *) always @(posedge clk_i) operands_q <= operands_i;
+  (* keep *) reg [12:0] operands_q2 = {13{1'b0}};
+  (* keep *) reg enable_q = 1'b0;
+  (* keep *) reg first_q = 1'b0;
+  (* keep *) always @(posedge clk_i) begin
+    operands_q  <= operands_i;
+    operands_q2 <= operands_q;
+    enable_q    <= enable_i;
+    first_q     <= first_i;
+  end
 
   wire [21:0] products;
 
@@ -35,7 +43,7 @@ module pair_turn_out_pe (
         .B_WIDTH(9)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_q[i*13 +: 13]),
+        .a_i  (operands_q2[i*13 +: 13]),
         .b_i  (weights_i[i*9 +: 9]),
         .p_o  (products[i*22 +: 22])
       );
@@ -47,8 +55,8 @@ module pair_turn_out_pe (
     .SUM_WIDTH(22)
   ) u_acc (
     .clk_i   (clk_i),
-    .enable_i(enable_i),
-    .first_i (first_i),
+    .enable_i(enable_q),
+    .first_i (first_q),
     .word_i  (products),
     .sum_o   (sum_o)
   );
