@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::command::{
-    Outcome, demo, doctor, emit, evaluate, run, sample, schema, synth, train, verify,
+    Outcome, demo, doctor, emit, estimate, evaluate, run, sample, schema, synth, train, verify,
 };
 use crate::failure::Failure;
 use crate::output::Output;
@@ -50,6 +50,8 @@ pub struct Global {
 pub enum Command {
     /// Turn trained weights into a bundle: Verilog, bench, scripts, manifest
     Emit(emit::Args),
+    /// Estimate what a bundle will take of a device, without any tool
+    Estimate(estimate::Args),
     /// Compare a bundle with the model in simulators, register by register, clock by clock
     Verify(verify::Args),
     /// Infer with a bundle's fixed-point arithmetic, in software
@@ -75,6 +77,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Emit(_) => "emit",
+            Self::Estimate(_) => "estimate",
             Self::Verify(_) => "verify",
             Self::Run(_) => "run",
             Self::Sample(_) => "sample",
@@ -94,6 +97,7 @@ impl Command {
     pub fn run(&self, output: &Output) -> Result<Outcome, Failure> {
         match self {
             Self::Emit(args) => emit::run(args, output),
+            Self::Estimate(args) => estimate::run(args),
             Self::Verify(args) => verify::run(args, output),
             Self::Run(args) => run::run(args, output),
             Self::Sample(args) => sample::run(args, output),

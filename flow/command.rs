@@ -3,10 +3,13 @@
 pub mod demo;
 pub mod doctor;
 pub mod emit;
+pub mod estimate;
 pub mod evaluate;
+mod request;
 pub mod run;
 pub mod sample;
 pub mod schema;
+mod sites;
 pub mod synth;
 pub mod train;
 pub mod verify;

@@ -14,6 +14,7 @@ pub mod aside;
 pub mod cli;
 pub mod command;
 pub mod destination;
+pub mod estimate;
 pub mod failure;
 pub mod fixed;
 pub mod inference;

@@ -5,6 +5,8 @@ mod harness;
 
 #[path = "cli/emit.rs"]
 mod emit;
+#[path = "cli/estimate.rs"]
+mod estimate;
 #[path = "cli/evaluate.rs"]
 mod evaluate;
 #[path = "cli/faults.rs"]

@@ -33,6 +33,23 @@ fn a_small_core_is_placed_and_routed() {
     assert_eq!(count("netlist", "multipliers"), multipliers);
     assert_eq!(count("cells", "multipliers"), multipliers);
     assert_eq!(count("cells", "ff"), count("netlist", "ff"));
+    let estimate = place.run(&[
+        "estimate",
+        "--weights",
+        "w.json",
+        "--device",
+        "ecp5-25k",
+        "--json",
+    ]);
+    let estimate = estimate.json();
+    for (kind, most) in [("lut4", 0.15), ("ff", 0.15), ("multipliers", 0.0)] {
+        let estimated = estimate["cells"][kind].as_f64().unwrap();
+        let found = count("netlist", kind) as f64;
+        assert!(
+            (estimated - found).abs() <= most * found,
+            "{kind}: {estimated} estimated, {found} found"
+        );
+    }
     // The placer adds tables where chains begin and end.
     let (before, after) = (count("netlist", "lut4"), count("cells", "lut4"));
     assert!(

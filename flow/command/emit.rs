@@ -1,18 +1,14 @@
 //! `hwgen emit`
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use hwgen_gen::{Bundle, Manifest};
 use hwgen_spec::design::{Design, Layer};
-use hwgen_spec::device;
-use hwgen_spec::network::{Activation, FloatNet};
-use hwgen_spec::options::{Budget, Options, WidthSetting};
-use hwgen_spec::weights;
+use hwgen_spec::network::Activation;
 use serde_json::{Map, json};
 
+use super::request::Request;
 use super::{Outcome, fields};
 use crate::failure::Failure;
 use crate::layout::{columns, counted, row, shell_word, significant};
@@ -32,9 +28,9 @@ The directory is written whole or not at all. `hwgen schema` describes the weigh
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The weights file, format hwgen-weights/1
-    #[arg(long, value_name = "W.json")]
-    pub weights: PathBuf,
+    /// What is to be built.
+    #[command(flatten)]
+    pub request: Request,
     /// Directory of the bundle
     #[arg(
         long,
@@ -42,43 +38,9 @@ pub struct Args {
         help = "Directory of the bundle [default: build/<name>]"
     )]
     pub out: Option<PathBuf>,
-    /// What it is to run on: `ecp5-85k` and its like, `generic` for portable Verilog
-    #[arg(long, value_name = "D", default_value = "generic")]
-    pub device: String,
-    /// At most N clock cycles between two frames [default: 64, or what the device's multipliers
-    /// allow]
-    #[arg(long, value_name = "N", conflicts_with = "multipliers")]
-    pub interval: Option<u32>,
-    /// At most N multipliers in the arrays
-    #[arg(long, value_name = "N")]
-    pub multipliers: Option<u32>,
-    /// Bits of weights, of every layer or of the one named [default: 16, or 18 if hidden and
-    /// linear]
-    #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
-    pub weight_bits: Vec<WidthSetting>,
-    /// Bits of hidden words, of every layer or of the one named [default: 13, or 18 if linear or ReLU]
-    #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
-    pub activation_bits: Vec<WidthSetting>,
-    /// Bits of output words [default: 24]
-    #[arg(long, value_name = "B")]
-    pub output_bits: Option<u32>,
-    /// Segments of the activation tables, a power of two [default: enough for 2 output steps]
-    #[arg(long, value_name = "S")]
-    pub segments: Option<u32>,
     /// Replace a bundle that is there already
     #[arg(long)]
     pub force: bool,
-}
-
-fn width_setting(text: &str) -> Result<WidthSetting, String> {
-    let (layer, bits) = match text.rsplit_once('=') {
-        Some((layer, bits)) => (Some(layer.to_owned()), bits),
-        None => (None, text),
-    };
-    match bits.parse() {
-        Ok(bits) => Ok(WidthSetting { layer, bits }),
-        Err(_) => Err("a number of bits, or <layer>=<bits>, expected".into()),
-    }
 }
 
 /// Writes the bundle.
@@ -86,8 +48,7 @@ fn width_setting(text: &str) -> Result<WidthSetting, String> {
 /// # Errors
 /// If weights or options are refused or the bundle can't be written.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
-    let net = read_weights(&args.weights)?;
-    let design = Design::new(&net, &options(args))?;
+    let (net, design) = args.request.design()?;
     let out = match &args.out {
         Some(out) => out.clone(),
         None => Path::new("build").join(design.name()),
@@ -121,53 +82,33 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     })
 }
 
-fn options(args: &Args) -> Options {
-    let interval = args.interval.map(Budget::Interval);
-    let multipliers = args.multipliers.map(Budget::Multipliers);
-    let device = (args.device != device::GENERIC).then(|| args.device.clone());
-    let default = match device {
-        Some(_) => Budget::Device,
-        None => Budget::default(),
-    };
-    Options {
-        device,
-        budget: interval.or(multipliers).unwrap_or(default),
-        weight_bits: args.weight_bits.clone(),
-        activation_bits: args.activation_bits.clone(),
-        segments: args.segments,
-        output_bits: args.output_bits,
-    }
-}
-
-/// Reads a weights file.
-///
-/// # Errors
-/// If it can't be read or is refused.
-pub fn read_weights(path: &Path) -> Result<FloatNet, Failure> {
-    let mut text = Vec::new();
-    // One byte more than is allowed is enough to refuse it.
-    let most = u64::try_from(weights::MAX_BYTES).map_or(u64::MAX, |most| most + 1);
-    File::open(path)
-        .and_then(|file| file.take(most).read_to_end(&mut text))
-        .map_err(|e| Failure::io(path, &e))?;
-    weights::read(&text).map_err(|e| Failure::weights(path, &e))
-}
-
 /// What a program may want to know of a bundle.
 pub(crate) fn facts(bundle: &Bundle, out: &str) -> Result<Map<String, serde_json::Value>, Failure> {
-    let text = bundle.files().last().map_or("", |f| f.text.as_str());
-    let manifest: Manifest = serde_json::from_str(text)
-        .map_err(|e| Failure::input("no-manifest", e.to_string()).file("manifest.json"))?;
+    let (text, manifest) = manifest(bundle)?;
     let mut files = manifest.files.clone();
     files.push(hwgen_gen::ManifestFile {
         path: "manifest.json".into(),
         sha256: hwgen_gen::sha256(text),
     });
+    let mut facts = design_facts(bundle)?;
+    facts.insert("out".into(), json!(out));
+    facts.insert("files".into(), json!(files));
+    Ok(facts)
+}
+
+fn manifest(bundle: &Bundle) -> Result<(&str, Manifest), Failure> {
+    let text = bundle.files().last().map_or("", |f| f.text.as_str());
+    let manifest = serde_json::from_str(text)
+        .map_err(|e| Failure::input("no-manifest", e.to_string()).file("manifest.json"))?;
+    Ok((text, manifest))
+}
+
+/// The same without the files.
+pub(crate) fn design_facts(bundle: &Bundle) -> Result<Map<String, serde_json::Value>, Failure> {
+    let (_, manifest) = manifest(bundle)?;
     let mut facts = Map::new();
     facts.insert("design".into(), json!(manifest.design));
     facts.insert("digest".into(), json!(manifest.digest));
-    facts.insert("out".into(), json!(out));
-    facts.insert("files".into(), json!(files));
     let wanted = [
         "latency_cycles",
         "interval_cycles",

@@ -11,7 +11,7 @@ use hwgen_spec::options::Options;
 use serde_json::{Map, Value, json};
 
 use super::sample::{Shape, noise};
-use super::{Outcome, emit, fields};
+use super::{Outcome, fields, request};
 use crate::destination::{Destination, Precious};
 use crate::failure::Failure;
 use crate::fixed::FixedEstimator;
@@ -302,7 +302,7 @@ fn destinations(args: &Args) -> Result<[Option<Destination>; 3], Failure> {
 fn networks(args: &Args, file: &SceneFile) -> Result<Option<Networks>, Failure> {
     let (net, design, path) = match (&args.weights, &args.bundle) {
         (Some(weights), _) => {
-            let net = emit::read_weights(weights)?;
+            let net = request::read_weights(weights)?;
             let design = Design::new(&net, &Options::default())?;
             (net, design, weights.clone())
         }

@@ -12,7 +12,7 @@ use hwgen_spec::device::{self, Device, Family, Place};
 use hwgen_spec::options::{Budget, Options};
 use serde_json::{Map, json};
 
-use super::Outcome;
+use super::{Outcome, sites};
 use crate::failure::{Exit, Failure};
 use crate::output::Output;
 use crate::synth::{Plan, Synthesis, shortages};
@@ -184,13 +184,8 @@ fn judge(
 ) -> Option<Failure> {
     let short = shortages(synthesis.netlist, device);
     if !short.is_empty() {
-        let words: Vec<String> = short
-            .iter()
-            .map(|(kind, taken, there)| {
-                format!("{} {kind} too few ({taken} of {there})", taken - there)
-            })
-            .collect();
-        let message = format!("does not fit on {}: {}", device.name, words.join(", "));
+        let words = sites::in_words(&short);
+        let message = format!("does not fit on {}: {words}", device.name);
         return Some(
             Failure::new(Exit::Difference, "does-not-fit", message).help(smaller(source, device)),
         );

@@ -10,7 +10,7 @@ macro_rules! cells {
     };
 }
 
-const CELLS: [(&str, &str); 15] = cells![
+const CELLS: [(&str, &str); 16] = cells![
     "hwg_accumulator",
     "hwg_admit",
     "hwg_beats",
@@ -23,6 +23,7 @@ const CELLS: [(&str, &str); 15] = cells![
     "hwg_ingress",
     "hwg_mul",
     "hwg_pwl",
+    "hwg_queue",
     "hwg_replay",
     "hwg_requant",
     "hwg_tree_level",

@@ -56,9 +56,8 @@ module @{ module }@ (
   wire clipped;
   wire known_next;
   wire unused_frames_known;
-  wire unused_frames_ready;  // credits keep the FIFOs from being full
-  wire unused_frames_ready_next;
-  hwg_fifo #(
+  wire unused_frames_ready;  // credits keep the queues from being full
+  hwg_queue #(
     .WIDTH(2),
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
@@ -66,7 +65,6 @@ module @{ module }@ (
     .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
-    .ready_next_o(unused_frames_ready_next),
     .data_i      ({error_i, clipped_i}),
     .valid_o     (unused_frames_known),
     .valid_next_o(known_next),
@@ -115,15 +113,14 @@ module @{ module }@ (
   wire @{ n.name }@_known_next;
   wire unused_@{ n.name }@_known;
   wire unused_@{ n.name }@_ready;
-  wire unused_@{ n.name }@_ready_next;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
-  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
+  // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg @{ n.name }@_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
   (* keep *) reg @{ n.name }@_rst_nq2 = 1'b0;
   (* keep *) always @(posedge clk_i) @{ n.name }@_rst_nq2 <= rst_ni;
-  hwg_fifo #(
+  hwg_queue #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
@@ -131,7 +128,6 @@ module @{ module }@ (
     .rst_ni      (@{ n.name }@_rst_nq2),
     .valid_i     (@{ n.last }@_start),
     .ready_o     (unused_@{ n.name }@_ready),
-    .ready_next_o(unused_@{ n.name }@_ready_next),
     .data_i      ({@{ n.last }@_clipped, @{ n.last }@_vector}),
     .valid_o     (unused_@{ n.name }@_known),
     .valid_next_o(@{ n.name }@_known_next),

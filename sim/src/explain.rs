@@ -51,9 +51,8 @@ pub fn explain(
             let last = &plan.last().quant;
             meaning.network = Some(network.to_owned());
             meaning.layer = Some(last.name.clone());
-            let word = lane % (last.outputs() + 1);
-            if rest == "slot_q" && word < last.outputs() {
-                meaning.neuron = Some(word);
+            if rest.starts_with("g_word[") && lane < last.outputs() {
+                meaning.neuron = Some(lane);
                 meaning.fraction = Some(last.output.fraction());
             }
         }

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use hwgen_spec::design::Design;
-use hwgen_spec::device::{Device, Place, Sites};
+use hwgen_spec::device::{Device, Place};
 
+use super::super::sites;
 use super::Speed;
 use crate::layout::{columns, counted, row};
 use crate::synth::Synthesis;
-use crate::synth::netlist::Part;
 
 /// Useful multiplications a second, of those that the device's multipliers could do alone.
 pub(super) fn share_of_limit(
@@ -39,16 +39,10 @@ pub(super) fn text(
         device.name,
         tools.join(", ")
     );
-    text.push_str(&parts(&synthesis.parts));
+    text.push_str(&sites::by_part("netlist", &synthesis.parts));
     if let Some(route) = synthesis.routes.first() {
-        let mut rows = vec![row!["placed", "taken", "there", "%"]];
-        let share = |taken: u64, there: u64| format!("{:.0}", 100.0 * taken as f64 / there as f64);
-        for (kind, of) in KINDS {
-            let (taken, there) = (of(&route.cells), of(&route.available));
-            rows.push(row![kind, taken, there, share(taken, there)]);
-        }
         text.push('\n');
-        text.push_str(&columns("lrrr", &rows));
+        text.push_str(&sites::of_device("placed", &route.cells, &route.available));
     }
     let mut rows = vec![row![
         "seed",
@@ -91,40 +85,4 @@ pub(super) fn text(
         );
     }
     text
-}
-
-type Count = fn(&Sites) -> u64;
-
-const KINDS: [(&str, Count); 4] = [
-    ("LUT4", |sites| sites.lut4),
-    ("flip-flops", |sites| sites.ff),
-    ("multipliers", |sites| sites.multipliers),
-    ("block memories", |sites| sites.block_rams),
-];
-
-/// A line for each layer, and for what stands beside them.
-fn parts(parts: &[Part]) -> String {
-    let mut sums: Vec<(&str, Sites)> = Vec::new();
-    for part in parts {
-        match sums.last_mut() {
-            Some((name, sum)) if *name == part.name => *sum += part.sites,
-            _ => sums.push((&part.name, part.sites)),
-        }
-    }
-    let all = sums
-        .iter()
-        .fold(Sites::default(), |sum, (_, sites)| sum + *sites);
-    sums.push(("all", all));
-    let mut rows = vec![row![
-        "netlist",
-        "LUT4",
-        "flip-flops",
-        "multipliers",
-        "block memories"
-    ]];
-    rows.extend(
-        sums.iter()
-            .map(|(name, s)| row![name, s.lut4, s.ff, s.multipliers, s.block_rams]),
-    );
-    columns("lrrrr", &rows)
 }

@@ -6,7 +6,7 @@ use hwgen_spec::schedule::Schedule;
 use super::feed::Gather;
 use super::layer::{Beat, LayerModel};
 use super::probe::{Probe, within};
-use super::stream::{Admit, Fifo};
+use super::stream::{Admit, Queue};
 
 /// A layer and, where a whole vector is wanted behind it, its gathering.
 #[derive(Clone, Debug)]
@@ -32,10 +32,10 @@ pub(super) struct Entry<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct StageModel {
     admit: Admit,
-    frames: Fifo,
+    frames: Queue,
     nodes: Vec<Node>,
-    /// Name, last node and FIFO of each network.
-    answers: Vec<(String, usize, Fifo)>,
+    /// Name, last node and queue of each network.
+    answers: Vec<(String, usize, Queue)>,
 }
 
 impl StageModel {
@@ -77,12 +77,12 @@ impl StageModel {
             let last = &network.last().quant;
             let mut widths = vec![last.output.width(); last.outputs()];
             widths.push(1);
-            let fifo = Fifo::new(&widths, schedule.fifo_depth);
-            answers.push((network.name.clone(), before.expect("a layer"), fifo));
+            let queue = Queue::new(&widths, schedule.fifo_depth);
+            answers.push((network.name.clone(), before.expect("a layer"), queue));
         }
         Self {
             admit: Admit::new(schedule.interval, schedule.credits),
-            frames: Fifo::new(&[1, 1], schedule.fifo_depth),
+            frames: Queue::new(&[1, 1], schedule.fifo_depth),
             nodes,
             answers,
         }
@@ -97,7 +97,7 @@ impl StageModel {
     /// Whether an answer is offered.
     #[inline]
     pub(super) fn valid(&self) -> bool {
-        self.frames.valid() && self.answers.iter().all(|(_, _, fifo)| fifo.valid())
+        self.frames.valid() && self.answers.iter().all(|(_, _, queue)| queue.valid())
     }
 
     /// Flags of the answer that is offered: error, saturated.
@@ -107,15 +107,15 @@ impl StageModel {
         let saturated = self
             .answers
             .iter()
-            .any(|(_, _, fifo)| fifo.head().last() == Some(&1));
+            .any(|(_, _, queue)| queue.head().last() == Some(&1));
         error << 1 | (clipped | i64::from(saturated))
     }
 
     /// Writes the words of the answer that is offered.
     #[inline]
     pub(super) fn answer(&self, words: &mut [i64]) {
-        let codes = self.answers.iter().flat_map(|(_, _, fifo)| {
-            let head = fifo.head();
+        let codes = self.answers.iter().flat_map(|(_, _, queue)| {
+            let head = queue.head();
             &head[..head.len() - 1]
         });
         for (word, code) in words.iter_mut().zip(codes) {
@@ -127,12 +127,12 @@ impl StageModel {
     #[inline]
     pub(super) fn step(&mut self, reset: bool, entry: Entry<'_>, leaves: bool) {
         let start = entry.valid && self.admit.ready();
-        for (_, last, fifo) in &mut self.answers {
+        for (_, last, queue) in &mut self.answers {
             let gather = self.nodes[*last]
                 .gather
                 .as_ref()
                 .expect("answers are gathered");
-            fifo.step(reset, gather.start(), leaves, |slot| {
+            queue.step(reset, gather.start(), leaves, |slot| {
                 let (flag, words) = slot.split_last_mut().expect("a flag");
                 words.copy_from_slice(gather.vector());
                 *flag = i64::from(gather.flag());
@@ -192,8 +192,8 @@ impl StageModel {
                 });
             }
         }
-        for (name, _, fifo) in &self.answers {
-            within(probe, format_args!("u_{name}_answers"), |p| fifo.show(p));
+        for (name, _, queue) in &self.answers {
+            within(probe, format_args!("u_{name}_answers"), |p| queue.show(p));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use hwgen_spec::quantize::InputFormat;
 
-use super::probe::{Probe, counter_bits, within};
+use super::probe::{Probe, address_bits, counter_bits, within};
 
 /// `hwg_fifo`: a word is a few fields.
 #[derive(Clone, Debug)]
@@ -77,6 +77,89 @@ impl Fifo {
         probe.count("count_q", counter_bits(self.depth), self.count);
         probe.bit("valid_q", self.valid);
         probe.bit("ready_q", self.ready);
+    }
+}
+
+/// `hwg_queue`: a word is a few fields.
+#[derive(Clone, Debug)]
+pub(super) struct Queue {
+    widths: Vec<u32>,
+    /// `[word][field]`
+    memory: Vec<i64>,
+    write: usize,
+    read: usize,
+    count: usize,
+    valid: bool,
+    ready: bool,
+    depth: usize,
+}
+
+impl Queue {
+    /// `widths`: of the fields of a word, the lowest first.
+    pub(super) fn new(widths: &[u32], depth: usize) -> Self {
+        Self {
+            widths: widths.to_vec(),
+            memory: vec![0; widths.len() * depth],
+            write: 0,
+            read: 0,
+            count: 0,
+            valid: false,
+            ready: false,
+            depth,
+        }
+    }
+
+    #[inline]
+    pub(super) fn valid(&self) -> bool {
+        self.valid
+    }
+
+    /// The fields of the head.
+    #[inline]
+    pub(super) fn head(&self) -> &[i64] {
+        &self.memory[self.read * self.widths.len()..][..self.widths.len()]
+    }
+
+    /// `put` writes the fields of the word that is offered.
+    #[inline]
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        offered: bool,
+        taken: bool,
+        put: impl FnOnce(&mut [i64]),
+    ) {
+        let fields = self.widths.len();
+        let (push, pop) = (offered && self.ready, self.valid && taken);
+        if push {
+            put(&mut self.memory[self.write * fields..][..fields]);
+        }
+        let next = |at: usize, moves: bool| (at + usize::from(moves)) % self.depth;
+        (self.write, self.read, self.count) = if reset {
+            (0, 0, 0)
+        } else {
+            (
+                next(self.write, push),
+                next(self.read, pop),
+                self.count + usize::from(push) - usize::from(pop),
+            )
+        };
+        self.valid = self.count != 0;
+        self.ready = !reset && self.count != self.depth;
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.count("write_q", address_bits(self.depth), self.write);
+        probe.count("read_q", address_bits(self.depth), self.read);
+        probe.count("count_q", counter_bits(self.depth), self.count);
+        probe.bit("valid_q", self.valid);
+        probe.bit("more_q", self.count > 1);
+        probe.bit("ready_q", self.ready);
+        for (i, word) in self.memory.chunks(self.widths.len()).enumerate() {
+            within(probe, format_args!("g_word[{i}]"), |probe| {
+                probe.fields("word", &self.widths, word);
+            });
+        }
     }
 }
 

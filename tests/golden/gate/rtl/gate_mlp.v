@@ -56,9 +56,8 @@ module gate_mlp (
   wire clipped;
   wire known_next;
   wire unused_frames_known;
-  wire unused_frames_ready;  // credits keep the FIFOs from being full
-  wire unused_frames_ready_next;
-  hwg_fifo #(
+  wire unused_frames_ready;  // credits keep the queues from being full
+  hwg_queue #(
     .WIDTH(2),
     .DEPTH(7)
   ) u_frames (
@@ -66,7 +65,6 @@ module gate_mlp (
     .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
-    .ready_next_o(unused_frames_ready_next),
     .data_i      ({error_i, clipped_i}),
     .valid_o     (unused_frames_known),
     .valid_next_o(known_next),
@@ -129,15 +127,14 @@ module gate_mlp (
   wire net_known_next;
   wire unused_net_known;
   wire unused_net_ready;
-  wire unused_net_ready_next;
   wire net_saturated;
   wire [25:0] net_answer;
-  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
+  // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
   (* keep *) reg net_rst_nq2 = 1'b0;
   (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
-  hwg_fifo #(
+  hwg_queue #(
     .WIDTH(27),
     .DEPTH(7)
   ) u_net_answers (
@@ -145,7 +142,6 @@ module gate_mlp (
     .rst_ni      (net_rst_nq2),
     .valid_i     (net_l1_start),
     .ready_o     (unused_net_ready),
-    .ready_next_o(unused_net_ready_next),
     .data_i      ({net_l1_clipped, net_l1_vector}),
     .valid_o     (unused_net_known),
     .valid_next_o(net_known_next),

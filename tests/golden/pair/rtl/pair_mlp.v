@@ -57,9 +57,8 @@ module pair_mlp (
   wire clipped;
   wire known_next;
   wire unused_frames_known;
-  wire unused_frames_ready;  // credits keep the FIFOs from being full
-  wire unused_frames_ready_next;
-  hwg_fifo #(
+  wire unused_frames_ready;  // credits keep the queues from being full
+  hwg_queue #(
     .WIDTH(2),
     .DEPTH(9)
   ) u_frames (
@@ -67,7 +66,6 @@ module pair_mlp (
     .rst_ni      (rst_nq2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
-    .ready_next_o(unused_frames_ready_next),
     .data_i      ({error_i, clipped_i}),
     .valid_o     (unused_frames_known),
     .valid_next_o(known_next),
@@ -266,15 +264,14 @@ module pair_mlp (
   wire turn_known_next;
   wire unused_turn_known;
   wire unused_turn_ready;
-  wire unused_turn_ready_next;
   wire turn_saturated;
   wire [59:0] turn_answer;
-  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
+  // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg turn_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
   (* keep *) reg turn_rst_nq2 = 1'b0;
   (* keep *) always @(posedge clk_i) turn_rst_nq2 <= rst_ni;
-  hwg_fifo #(
+  hwg_queue #(
     .WIDTH(61),
     .DEPTH(9)
   ) u_turn_answers (
@@ -282,7 +279,6 @@ module pair_mlp (
     .rst_ni      (turn_rst_nq2),
     .valid_i     (turn_out_start),
     .ready_o     (unused_turn_ready),
-    .ready_next_o(unused_turn_ready_next),
     .data_i      ({turn_out_clipped, turn_out_vector}),
     .valid_o     (unused_turn_known),
     .valid_next_o(turn_known_next),
@@ -294,15 +290,14 @@ module pair_mlp (
   wire size_known_next;
   wire unused_size_known;
   wire unused_size_ready;
-  wire unused_size_ready_next;
   wire size_saturated;
   wire [19:0] size_answer;
-  // Copies of leave_q and of the reset for this FIFO alone: `keep` keeps them.
+  // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg size_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
   (* keep *) reg size_rst_nq2 = 1'b0;
   (* keep *) always @(posedge clk_i) size_rst_nq2 <= rst_ni;
-  hwg_fifo #(
+  hwg_queue #(
     .WIDTH(21),
     .DEPTH(9)
   ) u_size_answers (
@@ -310,7 +305,6 @@ module pair_mlp (
     .rst_ni      (size_rst_nq2),
     .valid_i     (size_l1_start),
     .ready_o     (unused_size_ready),
-    .ready_next_o(unused_size_ready_next),
     .data_i      ({size_l1_clipped, size_l1_vector}),
     .valid_o     (unused_size_known),
     .valid_next_o(size_known_next),

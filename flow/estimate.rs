@@ -1,0 +1,209 @@
+//! What a core will take of a device, from the design alone.
+//!
+//! Flip-flops are the registers that the cycle model has, but for those inside the device's blocks.
+//! Look-up tables are counted from what stands in front of the registers: an adder takes one a bit, a
+//! ROM in logic one for every sixteen words of each bit that no other bit repeats. What the rules
+//! leave out is stated beside the measured numbers in docs/results.md.
+
+use std::collections::{BTreeMap, HashSet};
+
+use hwgen_sim::model::Model;
+use hwgen_spec::design::{Design, Feed, Layer, extra_shift_width};
+use hwgen_spec::device::{Device, Sites};
+
+use crate::synth::netlist::{Part, place};
+
+/// Words that a look-up table of four inputs holds, a bit each.
+const LUT_WORDS: usize = 16;
+
+/// Look-up tables that a memory of sixteen words of four bits takes the place of.
+const LUTS_OF_MEMORY: u64 = 6;
+
+/// Sites by part, named as in a netlist, but for the shell.
+pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
+    let mut parts: BTreeMap<(String, String), Sites> = BTreeMap::new();
+    let mut add = |path: &str, sites: Sites| {
+        *parts.entry(place(&format!("u_core.{path}"))).or_default() += sites;
+    };
+    let in_blocks = |bits: u32| device.multiplier_bits.is_some_and(|most| bits <= most);
+    let mut beside = 0;
+    for register in Model::new(design).registers() {
+        let name = register.path.rsplit('.').next().unwrap_or_default();
+        let bits: u64 = register.lanes.iter().map(|bits| u64::from(*bits)).sum();
+        let in_multiplier = register.path.contains("u_mul.") && name != "r_q";
+        // Operands of a multiplier tell by their own width whether it is a block.
+        if in_multiplier && (name == "p_q" || in_blocks(register.lanes[0])) {
+            continue;
+        }
+        // ROMs are counted by their contents, queues by their words; ports are none.
+        if name == "data_q" || name == "word" || register.path.contains("_axis_") {
+            continue;
+        }
+        // Control bits are masked by the reset.
+        if name == "pipe_q" {
+            add(&register.path, luts(bits));
+        }
+        let ff = bits;
+        let sites = Sites {
+            ff,
+            ..Sites::default()
+        };
+        add(&register.path, sites);
+        if !register.path.starts_with("u_mlp.") {
+            beside += bits;
+        }
+    }
+    // Bounds, slices and the turning of words into beats.
+    add("u_ingress.x", luts(beside * 8 / 10));
+    for network in &design.perceptron().networks {
+        let last = &network.last().quant;
+        let frame = u64::from(last.output.width()) * last.outputs() as u64 + 1;
+        add(
+            &format!("u_mlp.u_{}_answers.x", network.name),
+            queue(frame, design.schedule().fifo_depth),
+        );
+    }
+    add("u_mlp.u_frames.x", queue(2, design.schedule().fifo_depth));
+    for layer in design.perceptron().layers() {
+        let name = &layer.quant.name;
+        for (piece, sites) in pieces(layer, device) {
+            add(&format!("u_mlp.u_{name}.{piece}.x"), sites);
+        }
+    }
+    parts
+        .into_iter()
+        .map(|((name, piece), sites)| Part { name, piece, sites })
+        .collect()
+}
+
+fn luts(lut4: u64) -> Sites {
+    Sites {
+        lut4,
+        ..Sites::default()
+    }
+}
+
+/// A queue in memories of sixteen words of four bits, with the choice among these.
+fn queue(bits: u64, depth: usize) -> Sites {
+    let rows = depth.div_ceil(LUT_WORDS) as u64;
+    luts(rows * bits.div_ceil(4) * LUTS_OF_MEMORY + bits * rows / 2 + 16)
+}
+
+/// What a layer takes beside its flip-flops, and those of its ROMs.
+fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
+    let quant = &layer.quant;
+    let (pe, lanes) = (layer.fold.pe as u64, layer.lanes as u64);
+    let bits = |bits: u32| u64::from(bits);
+    let sum = bits(quant.sum_width);
+    let (x, w) = (bits(quant.input.width()), bits(quant.weight_format.width()));
+
+    // Chains of carries take two bits at a time.
+    let adder = |bits: u64| bits.next_multiple_of(2);
+    let mut words = layer.fold.simd as u64;
+    let mut array = 0;
+    for level in 1..=layer.tree_levels() as u64 {
+        array += words / 2 * adder((x + w + level).min(sum));
+        words = words.div_ceil(2);
+    }
+    if layer.accumulates() {
+        // The first word of a group clears what was there.
+        array += adder(sum) + sum;
+    }
+    let multiplier = |a: u32, b: u32| {
+        let most = device.multiplier_bits.unwrap_or(0);
+        u64::from(a <= most && b <= most)
+    };
+    let own = multiplier(quant.input.width(), quant.weight_format.width());
+    let array = Sites {
+        lut4: pe * array,
+        multipliers: own * layer.multipliers() as u64,
+        ..Sites::default()
+    };
+
+    let weights = (0..layer.fold.pe)
+        .map(|p| rom(device, &codes(layer, p), quant.weight_format.width()))
+        .fold(Sites::default(), |sum, rom| sum + rom);
+    let biased = quant.biased_width;
+    let bias = (0..layer.array_beats())
+        .map(|beat| {
+            let entries = layer.bias_word(beat).into_iter();
+            entries
+                .flat_map(|(bias, shift)| [bias, i64::from(shift)])
+                .collect()
+        })
+        .collect::<Vec<Vec<i64>>>();
+    let bias = rom(device, &bias, biased);
+
+    // Sum of bias, shift of the neuron, comparison and saturation.
+    let shift = bits(extra_shift_width(quant)) * bits(biased) * 9 / 10;
+    let requant = lanes * (adder(bits(biased)) + shift + 2 * bits(quant.pre.width()));
+    let replay = match layer.feed {
+        Feed::Replay if layer.accumulates() => x * quant.inputs() as u64,
+        _ => 0,
+    };
+    let drain = (pe - lanes) * sum;
+    let mut pieces = vec![
+        ("u_pe0", array),
+        ("u_w0", weights),
+        ("u_bias", bias),
+        ("u_requant", luts(requant)),
+        ("u_replay", luts(replay + 16)),
+        ("u_drain", luts(drain)),
+    ];
+    if let Some(table) = &quant.table {
+        let slope = table.slope_width();
+        let lines: Vec<Vec<i64>> = table.lines().map(|(a, b)| vec![a, b]).collect();
+        let mut segments = rom(device, &lines, table.offset_width());
+        let sum = adder(bits(table.fraction() + table.slope_bits()));
+        segments.lut4 += sum + 2 * bits(quant.output.width());
+        segments.multipliers = multiplier(table.distance_bits() + 1, slope + 1);
+        for sites in [
+            &mut segments.lut4,
+            &mut segments.ff,
+            &mut segments.multipliers,
+            &mut segments.block_rams,
+        ] {
+            *sites *= lanes;
+        }
+        pieces.push(("g_act[0]", segments));
+    }
+    pieces
+}
+
+fn codes(layer: &Layer, p: usize) -> Vec<Vec<i64>> {
+    (0..layer.folds())
+        .map(|fold| layer.weight_word(p, fold))
+        .collect()
+}
+
+/// A ROM whose words have several fields of at most so many bits.
+///
+/// Bits that are the same in every word, or as another bit, take nothing.
+fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
+    let mut columns: HashSet<Vec<bool>> = HashSet::new();
+    for field in 0..words[0].len() {
+        for bit in 0..width {
+            let column: Vec<bool> = words
+                .iter()
+                .map(|word| word[field] >> bit & 1 == 1)
+                .collect();
+            if column.contains(&true) {
+                columns.insert(column);
+            }
+        }
+    }
+    let kept = columns.len();
+    if words.len() > device.logic_rom_words as usize {
+        let block = device.block_ram_bits.unwrap_or(u32::MAX) as usize;
+        let wanted = kept * words.len().next_power_of_two();
+        return Sites {
+            block_rams: wanted.div_ceil(block) as u64,
+            ..Sites::default()
+        };
+    }
+    Sites {
+        lut4: (kept * words.len().div_ceil(LUT_WORDS)) as u64,
+        ff: kept as u64,
+        ..Sites::default()
+    }
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// hwg_queue: a FIFO of several words, in a small memory.
+//
+// Function:  words leave in the order in which they came; none is lost or doubled.
+// Latency:   1 clock; one word a clock. Both handshakes are registered, and whether a word is there is
+//            told a clock ahead.
+// Overflow:  impossible: a word is taken with ready_o high only.
+// Reset:     empties it; not ready while reset is held. The memory keeps its words.
+// Model:     hwgen: sim/src/model/stream.rs, Queue
+`default_nettype none
+
+module hwg_queue #(
+  parameter integer WIDTH = 8,  // bits of a word, 1 or more
+  parameter integer DEPTH = 2   // words, 2 or more
+) (
+  input  wire             clk_i,
+  input  wire             rst_ni,
+  input  wire             valid_i,
+  output wire             ready_o,
+  input  wire [WIDTH-1:0] data_i,
+  output wire             valid_o,
+  output wire             valid_next_o,  // valid_o after this edge
+  input  wire             ready_i,
+  output wire [WIDTH-1:0] data_o
+);
+  localparam integer ADDRESS_WIDTH = $clog2(DEPTH);
+  localparam integer COUNT_WIDTH   = $clog2(DEPTH + 1);
+  localparam integer LAST          = DEPTH - 1;
+
+  reg [WIDTH-1:0]         memory [0:DEPTH-1];
+  reg [ADDRESS_WIDTH-1:0] write_q = {ADDRESS_WIDTH{1'b0}};  // where the next word goes
+  reg [ADDRESS_WIDTH-1:0] read_q  = {ADDRESS_WIDTH{1'b0}};  // where the head is
+  reg [COUNT_WIDTH-1:0]   count_q = {COUNT_WIDTH{1'b0}};
+  reg                     valid_q = 1'b0;
+  reg                     more_q  = 1'b0;  // there is a word behind the head
+  reg                     ready_q = 1'b0;
+
+  wire push = valid_i & ready_q;
+  wire pop  = valid_q & ready_i;
+
+  // What is going to be there is told from what is, so that no path goes by way of a sum.
+  localparam integer ONE = 1;
+  localparam integer TWO = 2;
+  wire one  = count_q == ONE[COUNT_WIDTH-1:0];
+  wire two  = count_q == TWO[COUNT_WIDTH-1:0];
+  wire many = ~one & ~two & valid_q;
+  wire near = count_q == LAST[COUNT_WIDTH-1:0];
+  wire full = count_q == DEPTH[COUNT_WIDTH-1:0];
+
+  always @(posedge clk_i) begin
+    if (!rst_ni) begin
+      write_q <= {ADDRESS_WIDTH{1'b0}};
+      read_q  <= {ADDRESS_WIDTH{1'b0}};
+      count_q <= {COUNT_WIDTH{1'b0}};
+    end else begin
+      if (push) write_q <= write_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : write_q + 1'b1;
+      if (pop)  read_q  <= read_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : read_q + 1'b1;
+      if (push != pop) count_q <= push ? count_q + 1'b1 : count_q - 1'b1;
+    end
+    valid_q <= valid_next_o;
+    more_q  <= rst_ni & (many | (two & (push | ~pop)) | (one & push & ~pop));
+    ready_q <= rst_ni & (pop | ~(full | (near & push)));
+  end
+
+  always @(posedge clk_i) begin
+    if (push) memory[write_q] <= data_i;
+  end
+
+  genvar i;
+  generate
+    for (i = 0; i < DEPTH; i = i + 1) begin : g_word
+      initial memory[i] = {WIDTH{1'b0}};
+      // verilator lint_off UNUSED
+      // Shows each word to a simulator's dump, and is nothing in hardware.
+      wire [WIDTH-1:0] word = memory[i];
+      // verilator lint_on UNUSED
+    end
+  endgenerate
+
+  assign valid_next_o = rst_ni & (push | more_q | (valid_q & ~ready_i));
+
+  assign valid_o = valid_q;
+  assign ready_o = ready_q;
+  assign data_o  = memory[read_q];
+endmodule
+
+`default_nettype wire
