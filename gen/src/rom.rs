@@ -18,13 +18,25 @@ struct Rom<'a> {
     provenance: String,
     /// Whether it has a copy of the address of its own.
     own_address: bool,
-    address: &'static str,
+    /// Copies of the address, and how they are filled.
+    copies: usize,
+    copies_range: String,
+    copies_width: usize,
+    copied: String,
     address_range: String,
     address_width: usize,
     data_range: String,
     width: usize,
     rom_style: &'static str,
     rom_note: String,
+    blocks: Vec<Block>,
+}
+
+/// A part of the word that is read by an address of its own.
+struct Block {
+    address: String,
+    data: String,
+    width: usize,
     rows: Vec<Row>,
 }
 
@@ -37,9 +49,13 @@ struct Row {
 /// Fields of a ROM word from the lowest: code and bits.
 type Fields = Vec<(i64, u32)>;
 
+/// A word, and what it is: a comment for each copy of the address.
+type Word = (Fields, Vec<String>);
+
 /// The weights of one processing element.
 pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -> File {
     let width = layer.quant.weight_format.width();
+    let copies = layer.address_copies(header.device);
     let rows = (0..layer.folds())
         .map(|fold| {
             let fields = layer
@@ -47,17 +63,19 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
                 .into_iter()
                 .map(|w| (w, width))
                 .collect();
-            let inputs: Vec<usize> = (0..layer.fold.simd)
-                .filter_map(|s| layer.input(s, fold))
-                .collect();
-            let comment = match (layer.neuron(pe, fold), inputs.first(), inputs.last()) {
-                (Some(neuron), Some(first), Some(last)) if first != last => {
-                    format!("neuron {neuron}, inputs {last}..{first}")
+            let simd = layer.fold.simd / copies;
+            let comment = |copy: usize| {
+                let own = copy * simd..(copy + 1) * simd;
+                let inputs: Vec<usize> = own.filter_map(|s| layer.input(s, fold)).collect();
+                match (layer.neuron(pe, fold), inputs.first(), inputs.last()) {
+                    (Some(neuron), Some(first), Some(last)) if first != last => {
+                        format!("neuron {neuron}, inputs {last}..{first}")
+                    }
+                    (Some(neuron), Some(first), _) => format!("neuron {neuron}, input {first}"),
+                    _ => "padding".to_owned(),
                 }
-                (Some(neuron), Some(first), _) => format!("neuron {neuron}, input {first}"),
-                _ => "padding".to_owned(),
             };
-            (fields, comment)
+            (fields, (0..copies).map(comment).collect())
         })
         .collect();
     let purpose = format!(
@@ -80,7 +98,14 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
             }
         ),
     ];
-    rom(module, purpose, notes, rows, Address::Copied, header)
+    rom(
+        module,
+        purpose,
+        notes,
+        rows,
+        Address::Copied(copies),
+        header,
+    )
 }
 
 /// Which inputs the weights of word `a` belong to.
@@ -117,7 +142,7 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
                 (Some(first), _) => format!("neuron {first}"),
                 _ => "padding".to_owned(),
             };
-            (fields, comment)
+            (fields, vec![comment])
         })
         .collect();
     let entry = bias_rom_width(quant);
@@ -159,7 +184,7 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
             let start = f64::from(u32::try_from(k).expect("a small table"))
                 * f64::from(1u32 << table.range_log2())
                 / f64::from(u32::try_from(table.segments()).expect("a small table"));
-            (vec![(b, slope), (a, offset)], format!("from {start}"))
+            (vec![(b, slope), (a, offset)], vec![format!("from {start}")])
         })
         .collect();
     let notes = vec![
@@ -202,28 +227,52 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
 enum Address {
     /// It is read in the same clock.
     Used,
-    /// Many ROMs are given it: each takes a copy first.
-    Copied,
+    /// Many ROMs are given it: each takes so many copies first, each for as many fields of the word.
+    Copied(usize),
 }
 
 fn rom(
     module: &str,
     purpose: String,
     notes: Vec<String>,
-    words: Vec<(Fields, String)>,
+    words: Vec<Word>,
     given: Address,
     header: &Header,
 ) -> File {
     let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
     let address = address_width(words.len());
     let digits = words.len().saturating_sub(1).to_string().len();
-    let rows: Vec<Row> = words
-        .iter()
-        .enumerate()
-        .map(|(a, (fields, comment))| Row {
-            address: format!("{address}'d{a:<digits$}"),
-            word: literal(fields, width),
-            comment: comment.clone(),
+    let copies = match given {
+        Address::Used => 1,
+        Address::Copied(copies) => copies,
+    };
+    let fields = words[0].0.len() / copies;
+    let mut low = 0;
+    let blocks = (0..copies)
+        .map(|copy| {
+            let own = copy * fields..(copy + 1) * fields;
+            let part: usize = words[0].0[own.clone()].iter().map(|(_, w)| bits(*w)).sum();
+            let row = |(a, (fields, comments)): (usize, &Word)| Row {
+                address: format!("{address}'d{a:<digits$}"),
+                word: literal(&fields[own.clone()], part),
+                comment: comments[copy].clone(),
+            };
+            let block = Block {
+                address: match (given, copies) {
+                    (Address::Used, _) => "address_i".to_owned(),
+                    (_, 1) => "address_q2".to_owned(),
+                    _ => format!("address_q2[{} +: {address}]", copy * address),
+                },
+                data: if copies == 1 {
+                    "data_q".to_owned()
+                } else {
+                    format!("data_q[{low} +: {part}]")
+                },
+                width: part,
+                rows: words.iter().enumerate().map(row).collect(),
+            };
+            low += part;
+            block
         })
         .collect();
     let most = bits(header.device.logic_rom_words);
@@ -237,10 +286,14 @@ fn rom(
         purpose,
         notes,
         provenance: header.provenance(),
-        own_address: given == Address::Copied,
-        address: match given {
-            Address::Used => "address_i",
-            Address::Copied => "address_q2",
+        own_address: given != Address::Used,
+        copies,
+        copies_range: range(copies * address),
+        copies_width: copies * address,
+        copied: if copies == 1 {
+            "address_q".to_owned()
+        } else {
+            format!("{{{copies}{{address_q}}}}")
         },
         address_range: range(address),
         address_width: address,
@@ -252,7 +305,7 @@ fn rom(
             words.len(),
             plural(words.len())
         ),
-        rows,
+        blocks,
     };
     header.rtl(module, finish(text.render()))
 }

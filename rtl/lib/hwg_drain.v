@@ -42,7 +42,7 @@ module hwg_drain #(
     if (load_i) begin
       word_q <= words_i;
       flag_q <= flag_i;
-    end else if (valid) begin
+    end else begin
       for (i = 0; i < WORDS - LANES; i = i + 1)
         word_q[i*WIDTH +: WIDTH] <= word_q[(i+LANES)*WIDTH +: WIDTH];
     end

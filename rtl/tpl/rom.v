@@ -14,25 +14,25 @@ module @{ module }@ (
 @% if own_address %@  // A copy of the address for this ROM alone, a clock to it and a clock from it; without `keep`,
   // which some tools look for at the register and others at the process, they share one for all.
   (* keep *) reg @{ address_range }@ address_q = @{ address_width }@'d0;
-  (* keep *) reg @{ address_range }@ address_q2 = @{ address_width }@'d0;
+  (* keep *) reg @{ copies_range }@ address_q2 = @{ copies_width }@'d0;@% if copies > 1 %@  // one for each weight@% endif %@
   (* keep *) always @(posedge clk_i) begin
     address_q  <= address_i;
-    address_q2 <= address_q;
+    address_q2 <= @{ copied }@;
   end
 
 @% endif %@  // @{ rom_note }@
   (* rom_style = "@{ rom_style }@" *)
   reg @{ data_range }@ data_q = @{ width }@'h0;
 
-  always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
+  // The second time for tools that take the style of a ROM from its case statement.
+@% for block in blocks %@  always @(posedge clk_i) begin
     (* rom_style = "@{ rom_style }@" *)
-    case (@{ address }@)
-@% for row in rows %@      @{ row.address }@: data_q <= @{ row.word }@;  // @{ row.comment }@
-@% endfor %@      default: data_q <= @{ width }@'h0;
+    case (@{ block.address }@)
+@% for row in block.rows %@      @{ row.address }@: @{ block.data }@ <= @{ row.word }@;  // @{ row.comment }@
+@% endfor %@      default: @{ block.data }@ <= @{ block.width }@'h0;
     endcase
   end
-
+@% endfor %@
   assign data_o = data_q;
 endmodule
 

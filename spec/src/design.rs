@@ -148,6 +148,18 @@ impl Layer {
         (input < self.quant.inputs()).then_some(input)
     }
 
+    /// Copies of the address in each weight ROM: one, or where the device wants it one for each weight,
+    /// if a word's bit takes more than one look-up table of four inputs.
+    pub fn address_copies(&self, device: &Device) -> usize {
+        let words = self.folds();
+        let in_logic = words <= to_usize(device.logic_rom_words);
+        if device.address_per_weight && in_logic && words > 16 {
+            self.fold.simd
+        } else {
+            1
+        }
+    }
+
     /// Weight codes of `pe` in cycle `fold`, one a multiplier, zero for padding.
     pub fn weight_word(&self, pe: usize, fold: usize) -> Vec<i64> {
         (0..self.fold.simd)

@@ -39,6 +39,8 @@ pub struct Device {
     pub multiplier_bits: Option<u32>,
     /// Most words of a ROM that goes to logic; deeper ones go to block memories.
     pub logic_rom_words: u32,
+    /// Whether each weight of a ROM in logic has a copy of the address for itself.
+    pub address_per_weight: bool,
     /// Block memories.
     pub block_rams: Option<u32>,
     /// Bits of a block memory.
@@ -125,6 +127,8 @@ struct FamilyFile {
     multiplier_bits: Option<u32>,
     block_ram_bits: Option<u32>,
     logic_rom_words: u32,
+    #[serde(default)]
+    address_per_weight: bool,
     place: Option<Place>,
     device: Vec<Entry>,
 }
@@ -183,6 +187,7 @@ pub fn all() -> &'static [Device] {
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
                     logic_rom_words: family.logic_rom_words,
+                    address_per_weight: family.address_per_weight,
                     place: family.place.clone().map(|mut place| {
                         place.arguments.splice(0..0, entry.arguments);
                         place

@@ -105,6 +105,27 @@ pub const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_mlp.u_b_l0.u_w0.address_q2",
     },
     Mutant {
+        name: "queue shows its newest word",
+        file: "rtl/hwg_queue.v",
+        find: "assign data_o  = memory[read_q];",
+        replace: "assign data_o  = memory[write_q];",
+        signal: "mutant.u_egress.slot_q",
+    },
+    Mutant {
+        name: "queue forgets what is behind its head",
+        file: "rtl/hwg_queue.v",
+        find: "(one & push & ~pop));",
+        replace: "(one & push & pop));",
+        signal: "mutant.u_mlp.u_frames.more_q",
+    },
+    Mutant {
+        name: "queue writes over its head",
+        file: "rtl/hwg_queue.v",
+        find: "if (push) memory[write_q]",
+        replace: "if (push) memory[read_q]",
+        signal: "mutant.u_mlp.u_frames.g_word[1].word",
+    },
+    Mutant {
         name: "drain turned round",
         file: "rtl/hwg_drain.v",
         find: "for (i = 0; i < WORDS - LANES; i = i + 1)",
@@ -368,6 +389,13 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_fifo.v",
         find: "valid_next_o = rst_ni & (count_d",
         replace: "valid_next_o = (count_d",
+        signal: "mutant.u_ingress.u_slice.valid_q",
+    },
+    Mutant {
+        name: "queue keeps its words in a reset",
+        file: "rtl/hwg_queue.v",
+        find: "valid_next_o = rst_ni & (push",
+        replace: "valid_next_o = (push",
         signal: "mutant.u_mlp.u_frames.valid_q",
     },
     Mutant {

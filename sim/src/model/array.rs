@@ -1,6 +1,7 @@
 //! The array of a layer: weight ROMs, multipliers, adder trees, accumulators, drain.
 
 use hwgen_spec::design::Layer;
+use hwgen_spec::device::Device;
 
 use super::probe::{Probe, address_bits, counter_bits, within};
 
@@ -41,6 +42,7 @@ pub(super) struct Array {
     w_bits: u32,
     sum_bits: u32,
     folds: usize,
+    address_copies: usize,
     levels: usize,
     /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
     /// zero; word 0 is the zero of power-up.
@@ -60,7 +62,7 @@ pub(super) struct Array {
 }
 
 impl Array {
-    pub(super) fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer, device: &Device) -> Self {
         let (pe, simd) = (layer.fold.pe, layer.fold.simd);
         let blocks = pe.div_ceil(4);
         let zero = [0.0; 4];
@@ -85,6 +87,7 @@ impl Array {
             w_bits: layer.quant.weight_format.width(),
             sum_bits: layer.quant.sum_width,
             folds: layer.folds(),
+            address_copies: layer.address_copies(device),
             levels,
             weights,
             blocks,
@@ -196,7 +199,8 @@ impl Array {
             within(probe, format_args!("u_w{p}"), |probe| {
                 let bits = address_bits(self.folds);
                 probe.count("address_q", bits, self.address(0));
-                probe.count("address_q2", bits, self.address(1));
+                let address = i64::try_from(self.address(1)).expect("an address");
+                probe.words("address_q2", bits, &vec![address; self.address_copies]);
                 probe.words("data_q", self.w_bits, &weights(2));
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
@@ -363,7 +367,7 @@ impl Drain {
         if load {
             put(&mut self.words);
             self.flag = flag;
-        } else if valid {
+        } else {
             self.words.copy_within(self.lanes.., 0);
         }
         self.left = match (reset, load) {

@@ -148,7 +148,7 @@ impl Replay {
             padding.fill(0.0);
             self.head = 0;
             self.flag = flag;
-        } else if self.busy {
+        } else {
             let next = self.head + self.simd;
             self.head = if next == self.slots.len() { 0 } else { next };
         }

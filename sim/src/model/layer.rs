@@ -1,6 +1,7 @@
 //! One layer: its feed, its array, what comes behind the sums.
 
 use hwgen_spec::design::{Feed, Layer};
+use hwgen_spec::device::Device;
 use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 
 use super::array::{Array, Drain, Group, real};
@@ -38,7 +39,7 @@ pub(super) struct LayerModel {
 }
 
 impl LayerModel {
-    pub(super) fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer, device: &Device) -> Self {
         let bits = layer.quant.input.width();
         let (simd, synapse_folds) = (layer.fold.simd, layer.synapse_folds());
         let drains = layer.drain_beats() > 1;
@@ -54,7 +55,7 @@ impl LayerModel {
                 if layer.accumulates() { 4 } else { 2 },
                 control_depth(layer),
             ),
-            array: Array::new(layer),
+            array: Array::new(layer, device),
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer),

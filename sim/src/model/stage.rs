@@ -1,6 +1,7 @@
 //! The perceptron stage: `<design>_mlp`.
 
 use hwgen_spec::design::{Feed, Perceptron};
+use hwgen_spec::device::Device;
 use hwgen_spec::schedule::Schedule;
 
 use super::feed::Gather;
@@ -39,14 +40,14 @@ pub(super) struct StageModel {
 }
 
 impl StageModel {
-    pub(super) fn new(stage: &Perceptron, schedule: &Schedule) -> Self {
+    pub(super) fn new(stage: &Perceptron, schedule: &Schedule, device: &Device) -> Self {
         let mut nodes: Vec<Node> = Vec::new();
         let mut answers = Vec::new();
         let mut push = |layer: &hwgen_spec::design::Layer, before, gathers: bool| {
             let quant = &layer.quant;
             nodes.push(Node {
                 name: quant.name.clone(),
-                layer: LayerModel::new(layer),
+                layer: LayerModel::new(layer, device),
                 gather: gathers
                     .then(|| Gather::new(quant.outputs(), layer.lanes, quant.output.width())),
                 direct: layer.feed == Feed::Direct,

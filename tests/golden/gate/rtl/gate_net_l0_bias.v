@@ -17,8 +17,8 @@ module gate_net_l0_bias (
   (* rom_style = "logic" *)
   reg [27:0] data_q = 28'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       3'd0: data_q <= 28'h03442ca;  // neuron 0

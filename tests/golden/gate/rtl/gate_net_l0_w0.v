@@ -25,8 +25,8 @@ module gate_net_l0_w0 (
   (* rom_style = "logic" *)
   reg [29:0] data_q = 30'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_q2)
       3'd0: data_q <= 30'h0b3ce09f;  // neuron 0, inputs 2..0

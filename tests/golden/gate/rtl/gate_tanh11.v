@@ -19,8 +19,8 @@ module gate_tanh11 (
   (* rom_style = "logic" *)
   reg [20:0] data_q = 21'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       6'd0 : data_q <= 21'h000080;  // from 0

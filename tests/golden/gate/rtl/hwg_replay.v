@@ -60,7 +60,8 @@ module hwg_replay #(
     end
   end
 
-  // The vector turns like a ring: after SYNAPSE_FOLDS clocks it stands as it was loaded.
+  // The vector turns like a ring: after SYNAPSE_FOLDS clocks it stands as it was loaded. It turns on
+  // when nobody reads it, so that nothing but the next start reaches so many registers.
   integer i;
   always @(posedge clk_i) begin
     if (start_i) flag_q <= flag_i;
@@ -68,7 +69,7 @@ module hwg_replay #(
       if (start_i) begin
         if (i < WORDS) slot_q[i*WIDTH +: WIDTH] <= vector_i[(i % WORDS)*WIDTH +: WIDTH];
         else           slot_q[i*WIDTH +: WIDTH] <= {WIDTH{1'b0}};
-      end else if (busy_q) begin
+      end else begin
         slot_q[i*WIDTH +: WIDTH] <= slot_q[((i + SIMD) % SLOTS)*WIDTH +: WIDTH];
       end
     end

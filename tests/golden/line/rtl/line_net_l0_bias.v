@@ -17,8 +17,8 @@ module line_net_l0_bias (
   (* rom_style = "logic" *)
   reg [29:0] data_q = 30'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       1'd0: data_q <= 30'h3f800008;  // neuron 0

@@ -17,8 +17,8 @@ module pair_size_l1_bias (
   (* rom_style = "logic" *)
   reg [26:0] data_q = 27'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       1'd0: data_q <= 27'h031e916;  // neuron 0

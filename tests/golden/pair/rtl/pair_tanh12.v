@@ -19,8 +19,8 @@ module pair_tanh12 (
   (* rom_style = "logic" *)
   reg [22:0] data_q = 23'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       6'd0 : data_q <= 23'h000100;  // from 0

@@ -17,8 +17,8 @@ module pair_turn_l0_bias (
   (* rom_style = "logic" *)
   reg [30:0] data_q = 31'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       3'd0: data_q <= 31'h1f8f7719;  // neuron 0

@@ -25,8 +25,8 @@ module pair_turn_l0_w1 (
   (* rom_style = "logic" *)
   reg [8:0] data_q = 9'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_q2)
       4'd0 : data_q <= 9'h047;  // neuron 1, input 0

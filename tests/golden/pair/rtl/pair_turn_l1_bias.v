@@ -17,8 +17,8 @@ module pair_turn_l1_bias (
   (* rom_style = "logic" *)
   reg [23:0] data_q = 24'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_i)
       2'd0: data_q <= 24'hf57d05;  // neuron 0

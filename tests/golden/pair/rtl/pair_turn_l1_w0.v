@@ -25,8 +25,8 @@ module pair_turn_l1_w0 (
   (* rom_style = "logic" *)
   reg [17:0] data_q = 18'h0;
 
+  // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
-    // The second time for tools that take the style of a ROM from its case statement.
     (* rom_style = "logic" *)
     case (address_q2)
       4'd0: data_q <= 18'h385d9;  // neuron 0, inputs 1..0
