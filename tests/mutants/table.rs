@@ -123,7 +123,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_queue.v",
         find: "if (push) memory[write_q]",
         replace: "if (push) memory[read_q]",
-        signal: "mutant.u_mlp.u_frames.g_word[1].word",
+        signal: "mutant.u_mlp.u_frames.g_word[0].word",
     },
     Mutant {
         name: "drain turned round",
@@ -389,7 +389,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_fifo.v",
         find: "valid_next_o = rst_ni & (count_d",
         replace: "valid_next_o = (count_d",
-        signal: "mutant.u_ingress.u_slice.valid_q",
+        signal: "mutant.u_egress.u_slice.valid_q",
     },
     Mutant {
         name: "queue keeps its words in a reset",
