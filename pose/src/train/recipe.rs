@@ -128,7 +128,7 @@ impl Recipe {
             relative: true,
             noise_half_px: 1.0,
             weight_decay: 0.0,
-            epochs: 30,
+            epochs: 34,
             patience: 10,
         }
     }
@@ -137,7 +137,7 @@ impl Recipe {
     pub fn with_optimizer(self, optimizer: Optimizer) -> Self {
         let (epochs, patience) = match optimizer {
             Optimizer::Rprop => (5_000, 200),
-            Optimizer::Levenberg => (30, 10),
+            Optimizer::Levenberg => (34, 10),
         };
         Self {
             optimizer,
