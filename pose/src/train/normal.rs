@@ -161,7 +161,7 @@ impl Sums {
     fn of_slope_and_words(&self, i: usize, l: usize) -> DMatrixView<'_, f64> {
         let tile = self.tile(i, l);
         let column = l - tile.neurons.start;
-        tile.words.columns(column, 1).into()
+        tile.words.columns(column, 1)
     }
 }
 
