@@ -3,11 +3,12 @@
 //! Flip-flops are the registers that the cycle model has, but for those inside the device's blocks.
 //! Look-up tables are counted from what stands in front of the registers: an adder takes one a bit, a
 //! ROM in logic one for every sixteen words of each bit that no other bit repeats. What the rules
-//! leave out is stated beside the measured numbers in docs/results.md.
+//! leave out is stated beside the measured numbers in docs/measurements.md.
 
 use std::collections::{BTreeMap, HashSet};
 
 use hwgen_sim::model::Model;
+use hwgen_spec::activation::OddTable;
 use hwgen_spec::design::{Design, Feed, Layer, extra_shift_width};
 use hwgen_spec::device::{Device, Sites};
 
@@ -25,14 +26,15 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
     let mut add = |path: &str, sites: Sites| {
         *parts.entry(place(&format!("u_core.{path}"))).or_default() += sites;
     };
-    let in_blocks = |bits: u32| device.multiplier_bits.is_some_and(|most| bits <= most);
-    let mut beside = 0;
+    let wide = wide_multipliers(design, device);
+    let in_block = |path: &str| {
+        let (layer, piece) = place(&format!("u_core.{path}"));
+        !wide.contains(&(layer.as_str(), piece == "act"))
+    };
     for register in Model::new(design).registers() {
         let name = register.path.rsplit('.').next().unwrap_or_default();
         let bits: u64 = register.lanes.iter().map(|bits| u64::from(*bits)).sum();
-        let in_multiplier = register.path.contains("u_mul.") && name != "r_q";
-        // Operands of a multiplier tell by their own width whether it is a block.
-        if in_multiplier && (name == "p_q" || in_blocks(register.lanes[0])) {
+        if register.path.contains("u_mul.") && name != "r_q" && in_block(&register.path) {
             continue;
         }
         // ROMs are counted by their contents, queues by their words; ports are none.
@@ -43,18 +45,21 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
         if name == "pipe_q" {
             add(&register.path, luts(bits));
         }
-        let ff = bits;
         let sites = Sites {
-            ff,
+            ff: bits,
             ..Sites::default()
         };
         add(&register.path, sites);
-        if !register.path.starts_with("u_mlp.") {
-            beside += bits;
-        }
     }
     // Bounds, slices and the turning of words into beats.
-    add("u_ingress.x", luts(beside * 8 / 10));
+    for ((name, _), sites) in &mut parts {
+        if ["ingress", "egress", "core"].contains(&name.as_str()) {
+            sites.lut4 += sites.ff * 8 / 10;
+        }
+    }
+    let mut add = |path: &str, sites: Sites| {
+        *parts.entry(place(&format!("u_core.{path}"))).or_default() += sites;
+    };
     for network in &design.perceptron().networks {
         let last = &network.last().quant;
         let frame = u64::from(last.output.width()) * last.outputs() as u64 + 1;
@@ -74,6 +79,40 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
         .into_iter()
         .map(|((name, piece), sites)| Part { name, piece, sites })
         .collect()
+}
+
+/// The layers whose multipliers no block holds: those of the array, and of the activation (true).
+fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str, bool)> {
+    let mut wide = HashSet::new();
+    for layer in design.perceptron().layers() {
+        let quant = &layer.quant;
+        let (x, w) = (quant.input.width(), quant.weight_format.width());
+        let table = quant.table.as_ref();
+        let (distance, slope) = table.map_or((0, 0), |t| table_operands(t));
+        for (a, b, activation) in [(x, w, false), (distance, slope, true)] {
+            if a.max(b) > device.multiplier_bits.unwrap_or(0) {
+                wide.insert((quant.name.as_str(), activation));
+            }
+        }
+    }
+    wide
+}
+
+/// Bits of distance and slope, as the multiplier has them.
+fn table_operands(table: &OddTable) -> (u32, u32) {
+    (table.distance_bits() + 1, table.slope_width() + 1)
+}
+
+/// A multiplier of so many bits: one block, or where these are too few as many as the operands'
+/// parts meet, and the sums of their products.
+fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
+    let most = device.multiplier_bits.unwrap_or(1);
+    let multipliers = u64::from(a.div_ceil(most) * b.div_ceil(most));
+    Sites {
+        lut4: (multipliers - 1) * u64::from(a + b),
+        multipliers,
+        ..Sites::default()
+    }
 }
 
 fn luts(lut4: u64) -> Sites {
@@ -109,16 +148,8 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         // The first word of a group clears what was there.
         array += adder(sum) + sum;
     }
-    let multiplier = |a: u32, b: u32| {
-        let most = device.multiplier_bits.unwrap_or(0);
-        u64::from(a <= most && b <= most)
-    };
-    let own = multiplier(quant.input.width(), quant.weight_format.width());
-    let array = Sites {
-        lut4: pe * array,
-        multipliers: own * layer.multipliers() as u64,
-        ..Sites::default()
-    };
+    let own = multiplier(device, quant.input.width(), quant.weight_format.width());
+    let array = luts(pe * array) + own * layer.multipliers() as u64;
 
     let weights = (0..layer.fold.pe)
         .map(|p| rom(device, &codes(layer, p), quant.weight_format.width()))
@@ -151,21 +182,13 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         ("u_drain", luts(drain)),
     ];
     if let Some(table) = &quant.table {
-        let slope = table.slope_width();
         let lines: Vec<Vec<i64>> = table.lines().map(|(a, b)| vec![a, b]).collect();
         let mut segments = rom(device, &lines, table.offset_width());
         let sum = adder(bits(table.fraction() + table.slope_bits()));
         segments.lut4 += sum + 2 * bits(quant.output.width());
-        segments.multipliers = multiplier(table.distance_bits() + 1, slope + 1);
-        for sites in [
-            &mut segments.lut4,
-            &mut segments.ff,
-            &mut segments.multipliers,
-            &mut segments.block_rams,
-        ] {
-            *sites *= lanes;
-        }
-        pieces.push(("g_act[0]", segments));
+        let (distance, slope) = table_operands(table);
+        segments += multiplier(device, distance, slope);
+        pieces.push(("g_act[0]", segments * lanes));
     }
     pieces
 }
@@ -178,7 +201,7 @@ fn codes(layer: &Layer, p: usize) -> Vec<Vec<i64>> {
 
 /// A ROM whose words have several fields of at most so many bits.
 ///
-/// Bits that are the same in every word, or as another bit, take nothing.
+/// Bits that are zero in every word, or the same as another bit, take nothing.
 fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
     let mut columns: HashSet<Vec<bool>> = HashSet::new();
     for field in 0..words[0].len() {
@@ -193,7 +216,7 @@ fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
         }
     }
     let kept = columns.len();
-    if words.len() > device.logic_rom_words as usize {
+    if !device.rom_in_logic(words.len()) {
         let block = device.block_ram_bits.unwrap_or(u32::MAX) as usize;
         let wanted = kept * words.len().next_power_of_two();
         return Sites {

@@ -12,7 +12,7 @@ use crate::failure::{Exit, Failure};
 use crate::synth::shortages;
 
 const EXAMPLES: &str = "\
-Nothing is written and no tool is run. How far estimates were from what Yosys made of the same
+Name a --device. Nothing is written and no tool is run. How far estimates were from what Yosys made of the same
 designs is told in docs/measurements.md.
 
 Examples:

@@ -18,9 +18,10 @@ pub struct Request {
     /// The weights file, format hwgen-weights/1
     #[arg(long, value_name = "W.json")]
     pub weights: PathBuf,
-    /// What it is to run on: `ecp5-85k` and its like, `generic` for portable Verilog
-    #[arg(long, value_name = "D", default_value = "generic")]
-    pub device: String,
+    /// What it is to run on: `ecp5-85k` and its like, `generic` for portable Verilog, which
+    /// `emit` makes without this
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
     /// At most N clock cycles between two frames [default: 64, or what the device's multipliers
     /// allow]
     #[arg(long, value_name = "N", conflicts_with = "multipliers")]
@@ -68,7 +69,7 @@ impl Request {
     fn options(&self) -> Options {
         let interval = self.interval.map(Budget::Interval);
         let multipliers = self.multipliers.map(Budget::Multipliers);
-        let device = (self.device != device::GENERIC).then(|| self.device.clone());
+        let device = self.device.clone().filter(|name| name != device::GENERIC);
         let default = match device {
             Some(_) => Budget::Device,
             None => Budget::default(),

@@ -80,7 +80,7 @@ pub struct Args {
         conflicts_with = "resume"
     )]
     pub noise: Option<Vec<f64>>,
-    /// Most passes over all samples, for each network [default: 30; with RPROP 5000]
+    /// Most passes over all samples, for each network [default: 34; with RPROP 5000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub epochs: Option<usize>,
     /// Epochs without a better validation loss after which a network is done [default: 10; with

@@ -276,10 +276,10 @@ fn rom(
         })
         .collect();
     let most = bits(header.device.logic_rom_words);
-    let (rom_style, rom_note) = if words.len() > most {
-        ("block", format!("more than {most} go to block RAM"))
-    } else {
+    let (rom_style, rom_note) = if header.device.rom_in_logic(words.len()) {
         ("logic", format!("up to {most} go to logic"))
+    } else {
+        ("block", format!("more than {most} go to block RAM"))
     };
     let text = Rom {
         module,

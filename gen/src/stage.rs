@@ -1,4 +1,4 @@
-//! The perceptron stage: layers, their gathering, the answers' FIFOs.
+//! The perceptron stage: layers, their gathering, the answers' queues.
 
 use askama::Template;
 use hwgen_spec::design::{Design, Feed, Layer, Perceptron};

@@ -4,7 +4,7 @@
 // Function:  a frame may start when INTERVAL clocks have passed since the one before and fewer than
 //            CREDITS are under way. It says so a clock ahead, so that start_i comes from a register.
 // Latency:   none: ready_next_o counts with start_i and release_i of this clock.
-// Overflow:  impossible: the stage's FIFOs hold CREDITS frames.
+// Overflow:  impossible: the stage's queues hold CREDITS frames.
 // Reset:     all credits are there, the next frame may start at once.
 // Model:     hwgen: sim/src/model/stream.rs, Admit
 `default_nettype none

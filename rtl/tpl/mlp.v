@@ -6,7 +6,7 @@
 @% endfor %@// Format:    words of the input frame are read as @{ x_format }@; those of the output frame are sign-extended to
 //            @{ lane_bits }@ bits.
 // Latency:   @{ latency }@ clocks from start to the output frame; a frame every @{ interval }@ clocks.
-// Overflow:  inside there is no back-pressure: at most @{ credits }@ frames are under way, and the FIFOs
+// Overflow:  inside there is no back-pressure: at most @{ credits }@ frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs

@@ -152,8 +152,7 @@ impl Layer {
     /// if a word's bit takes more than one look-up table of four inputs.
     pub fn address_copies(&self, device: &Device) -> usize {
         let words = self.folds();
-        let in_logic = words <= to_usize(device.logic_rom_words);
-        if device.address_per_weight && in_logic && words > 16 {
+        if device.address_per_weight && device.rom_in_logic(words) && words > 16 {
             self.fold.simd
         } else {
             1
@@ -226,7 +225,7 @@ impl NetworkPlan {
 /// A stage of multilayer perceptrons that read the same frame.
 ///
 /// Inside there is no back-pressure: a frame is let in when `interval` cycles have passed since
-/// the one before and fewer than `credits` are under way; the output FIFOs hold that many.
+/// the one before and fewer than `credits` are under way; the queues of answers hold that many.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Perceptron {
     /// Layers that all networks read.

@@ -3,7 +3,7 @@
 //! A family is a file in `spec/devices`; what its cells look like is the generator's matter.
 
 use std::collections::BTreeMap;
-use std::ops::{Add, AddAssign};
+use std::ops::{Add, AddAssign, Mul};
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
@@ -39,7 +39,8 @@ pub struct Device {
     pub multiplier_bits: Option<u32>,
     /// Most words of a ROM that goes to logic; deeper ones go to block memories.
     pub logic_rom_words: u32,
-    /// Whether each weight of a ROM in logic has a copy of the address for itself.
+    /// Whether each weight of a ROM in logic has a copy of the address for itself, where a bit of it
+    /// takes more than a table of four inputs.
     pub address_per_weight: bool,
     /// Block memories.
     pub block_rams: Option<u32>,
@@ -47,6 +48,13 @@ pub struct Device {
     pub block_ram_bits: Option<u32>,
     /// How open tools place and route on it; none where they can't.
     pub place: Option<Place>,
+}
+
+impl Device {
+    /// Whether a ROM of so many words goes to logic, not to block memories.
+    pub fn rom_in_logic(&self, words: usize) -> bool {
+        words <= crate::design::to_usize(self.logic_rom_words)
+    }
 }
 
 /// What Yosys and nextpnr need to know of a device.
@@ -96,6 +104,19 @@ impl Add for Sites {
             ff: self.ff + other.ff,
             multipliers: self.multipliers + other.multipliers,
             block_rams: self.block_rams + other.block_rams,
+        }
+    }
+}
+
+impl Mul<u64> for Sites {
+    type Output = Self;
+
+    fn mul(self, times: u64) -> Self {
+        Self {
+            lut4: self.lut4 * times,
+            ff: self.ff * times,
+            multipliers: self.multipliers * times,
+            block_rams: self.block_rams * times,
         }
     }
 }

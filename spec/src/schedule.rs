@@ -9,12 +9,12 @@ use crate::design::{Feed, Layer, Perceptron, Port};
 
 /// Cycles in which every weight ROM takes a copy of the address and every processing element one
 /// of the operands: one clock to the copy, one from there to where it is needed.
-pub const COPY_LATENCY: usize = 2;
+const COPY_LATENCY: usize = 2;
 /// Cycles from a ROM's address to its registered word.
-pub const ROM_LATENCY: usize = 1;
+const ROM_LATENCY: usize = 1;
 /// Cycles from a multiplier's operands to its product, which is registered twice: in the device's
 /// block and, on its way to the adders, outside.
-pub const MULTIPLIER_LATENCY: usize = 3;
+const MULTIPLIER_LATENCY: usize = 3;
 /// Cycles from a sum to its requantized word, a neuron's own shift not counted.
 pub const REQUANT_LATENCY: usize = 4;
 /// Cycles of the stage that undoes a neuron's own shift.
@@ -31,7 +31,7 @@ pub struct Schedule {
     pub latency: usize,
     /// Frames under way at most, so that an interval is never lost for want of a credit.
     pub credits: usize,
-    /// Frames that an output FIFO holds.
+    /// Frames that a queue of answers holds.
     pub fifo_depth: usize,
 }
 
@@ -62,7 +62,7 @@ impl Schedule {
             })
             .max()
             .expect("there is a network");
-        // Gathered, in the FIFO, in the serializer, in the output slice, handed over.
+        // Gathered, in the queue, in the serializer, in the output slice, handed over.
         let in_fifo = whole + 2;
         let in_serializer = in_fifo + 1;
         let handed_over = in_serializer + 1 + sink.beats();

@@ -1,4 +1,4 @@
-//! The cells at the ends of a stage: FIFO, ingress, admission, egress.
+//! The cells at the ends of a stage: FIFO, queue, ingress, admission, egress.
 
 use hwgen_spec::quantize::InputFormat;
 

@@ -6,7 +6,7 @@
 // Format:    words of the input frame are read as Q1.14; those of the output frame are sign-extended to
 //            16 bits.
 // Latency:   49 clocks from start to the output frame; a frame every 7 clocks.
-// Overflow:  inside there is no back-pressure: at most 7 frames are under way, and the FIFOs
+// Overflow:  inside there is no back-pressure: at most 7 frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs

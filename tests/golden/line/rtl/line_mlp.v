@@ -6,7 +6,7 @@
 // Format:    words of the input frame are read as Q3.10; those of the output frame are sign-extended to
 //            32 bits.
 // Latency:   14 clocks from start to the output frame; a frame every 1 clocks.
-// Overflow:  inside there is no back-pressure: at most 14 frames are under way, and the FIFOs
+// Overflow:  inside there is no back-pressure: at most 14 frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs

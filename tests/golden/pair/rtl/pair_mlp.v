@@ -7,7 +7,7 @@
 // Format:    words of the input frame are read as Q7.5; those of the output frame are sign-extended to
 //            32 bits.
 // Latency:   118 clocks from start to the output frame; a frame every 14 clocks.
-// Overflow:  inside there is no back-pressure: at most 9 frames are under way, and the FIFOs
+// Overflow:  inside there is no back-pressure: at most 9 frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs
