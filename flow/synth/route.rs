@@ -124,7 +124,9 @@ impl Route {
 impl SlowPath {
     fn of(timed: &TimedPath) -> Self {
         let mut through: Vec<String> = Vec::new();
-        for hop in &timed.path {
+        // What nextpnr adds, as where a chain of carries ends, has no place in the design.
+        let own = |hop: &&Hop| !hop.to.cell.starts_with("$nextpnr");
+        for hop in timed.path.iter().filter(own) {
             let (name, piece) = place(&hop.to.cell);
             let part = if piece.is_empty() {
                 name
