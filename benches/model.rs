@@ -26,10 +26,12 @@ const FRAMES: usize = 12_000;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let net = weights::read(include_bytes!("../designs/landing/weights.json"))?;
     let design = Design::new(&net, &Options::default())?;
-    let segment = segments(&design, &[], FRAMES, 1)
+    // Long flows come in pieces.
+    let mut pieces = segments(&design, &[], FRAMES, 1)
         .into_iter()
-        .find(|s| s.name == "random x continuous")
-        .ok_or("no such segment")?;
+        .filter(|s| s.name.starts_with("random x continuous"));
+    let mut segment = pieces.next().ok_or("no such segment")?;
+    segment.frames.extend(pieces.flat_map(|piece| piece.frames));
     let pins = session::run(&design, &segment).pins;
 
     let clocks = f64::from(u32::try_from(pins.len())?);
