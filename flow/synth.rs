@@ -5,6 +5,7 @@
 //! stays in one directory, named by a digest of everything that the result depends on: what is there
 //! already is not done again.
 
+pub mod floorplan;
 pub mod netlist;
 pub mod route;
 
@@ -155,6 +156,7 @@ impl Plan<'_> {
                 &script,
                 &pins,
                 &self.place.arguments.join(" "),
+                &self.place.multiplier_rows.concat().join(" "),
             ])[..16],
         );
         self.lay_out(
@@ -262,6 +264,7 @@ impl Plan<'_> {
         if !part.exists() {
             return Err(run.no_verdict(&yosys.name, "a netlist").into());
         }
+        floorplan::lay_out(&part, self.source.design.perceptron(), self.place)?;
         fs::rename(&part, directory.join("netlist.json")).map_err(io(&part))
     }
 

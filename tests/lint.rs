@@ -583,7 +583,7 @@ fn icarus_sees_what_is_wrong() {
 #[test]
 fn yosys_sees_what_is_wrong() {
     for damage in [
-        "  wire undriven; wire kept; hwg_delay u_u (.clk_i(aclk), .rst_ni(aresetn), .data_i(undriven), .data_o(kept));",
+        "  wire undriven; wire kept; hwg_delay u_u (.clk_i(aclk), .rst_i(~aresetn), .data_i(undriven), .data_o(kept));",
         "  wire twice = in_ready; assign twice = in_valid;",
         "  wire loop_a; wire loop_b; assign loop_b = ~loop_a; assign loop_a = loop_b & in_ready;",
         "  no_such_module u_none (.clk_i(aclk));",

@@ -60,6 +60,7 @@ struct LayerContext<'a> {
     lane_sums_range: String,
     bias_address_range: String,
     bias_address_width: usize,
+    bias_copies: usize,
     entries_range: String,
     biased_width: usize,
     product_shift: u32,
@@ -150,6 +151,7 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let vector_words = if replay { quant.inputs() } else { simd };
     let address = address_width(layer.folds());
     let bias_address = address_width(layer.array_beats());
+    let bias_copies = layer.bias_address_copies(header.device);
     let table = quant.table.as_deref();
     let drains = layer.drain_beats() > 1;
     let mut flow = vec![match (replay, layer.neuron_folds()) {
@@ -225,8 +227,9 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         weights_range: range(simd * bits(w.width())),
         lanes,
         lane_sums_range: range(lanes * sum_width),
-        bias_address_range: range(bias_address),
+        bias_address_range: range(bias_copies * bias_address),
         bias_address_width: bias_address,
+        bias_copies,
         entries_range: range(lanes * bits(bias_rom_width(quant))),
         biased_width: bits(quant.biased_width),
         product_shift: quant.product_shift,

@@ -24,6 +24,7 @@ struct Rom<'a> {
     copies_width: usize,
     copied: String,
     address_range: String,
+    address_copy_range: String,
     address_width: usize,
     data_range: String,
     width: usize,
@@ -124,6 +125,7 @@ fn inputs_of_word(layer: &Layer) -> String {
 pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
     let quant = &layer.quant;
     let extra = extra_shift_width(quant);
+    let copies = layer.bias_address_copies(header.device);
     let rows = (0..layer.array_beats())
         .map(|beat| {
             let word = layer.bias_word(beat);
@@ -134,15 +136,17 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
                     fields.push((i64::from(shift), extra));
                 }
             }
-            let neurons: Vec<usize> = (beat * layer.lanes..(beat + 1) * layer.lanes)
-                .filter(|n| *n < quant.outputs())
-                .collect();
-            let comment = match (neurons.first(), neurons.last()) {
-                (Some(first), Some(last)) if first != last => format!("neurons {last}..{first}"),
-                (Some(first), _) => format!("neuron {first}"),
-                _ => "padding".to_owned(),
+            let lanes = layer.lanes / copies;
+            let comment = |copy: usize| {
+                let first = beat * layer.lanes + copy * lanes;
+                let own = first..(first + lanes).min(quant.outputs());
+                match own.len() {
+                    0 => "padding".to_owned(),
+                    1 => format!("neuron {first}"),
+                    _ => format!("neurons {}..{first}", own.end - 1),
+                }
             };
-            (fields, vec![comment])
+            (fields, (0..copies).map(comment).collect())
         })
         .collect();
     let entry = bias_rom_width(quant);
@@ -169,7 +173,7 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
         format!("biases of layer {}", quant.name),
         notes,
         rows,
-        Address::Used,
+        Address::Used(copies),
         header,
     )
 }
@@ -217,7 +221,7 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
         "piecewise-linear tanh for magnitudes".to_owned(),
         notes,
         rows,
-        Address::Used,
+        Address::Used(1),
         header,
     )
 }
@@ -225,8 +229,8 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
 /// What a ROM does with the address that it is given.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Address {
-    /// It is read in the same clock.
-    Used,
+    /// It is read in the same clock; so many are given, each for as many fields of the word.
+    Used(usize),
     /// Many ROMs are given it: each takes so many copies first, each for as many fields of the word.
     Copied(usize),
 }
@@ -242,9 +246,14 @@ fn rom(
     let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
     let address = address_width(words.len());
     let digits = words.len().saturating_sub(1).to_string().len();
+    let own_address = matches!(given, Address::Copied(_));
+    let read = if own_address {
+        "address_q2"
+    } else {
+        "address_i"
+    };
     let copies = match given {
-        Address::Used => 1,
-        Address::Copied(copies) => copies,
+        Address::Used(copies) | Address::Copied(copies) => copies,
     };
     let fields = words[0].0.len() / copies;
     let mut low = 0;
@@ -258,10 +267,9 @@ fn rom(
                 comment: comments[copy].clone(),
             };
             let block = Block {
-                address: match (given, copies) {
-                    (Address::Used, _) => "address_i".to_owned(),
-                    (_, 1) => "address_q2".to_owned(),
-                    _ => format!("address_q2[{} +: {address}]", copy * address),
+                address: match copies {
+                    1 => read.to_owned(),
+                    _ => format!("{read}[{} +: {address}]", copy * address),
                 },
                 data: if copies == 1 {
                     "data_q".to_owned()
@@ -286,7 +294,7 @@ fn rom(
         purpose,
         notes,
         provenance: header.provenance(),
-        own_address: given != Address::Used,
+        own_address,
         copies,
         copies_range: range(copies * address),
         copies_width: copies * address,
@@ -295,7 +303,8 @@ fn rom(
         } else {
             format!("{{{copies}{{address_q}}}}")
         },
-        address_range: range(address),
+        address_range: range(if own_address { 1 } else { copies } * address),
+        address_copy_range: range(address),
         address_width: address,
         data_range: range(width),
         width,

@@ -14,7 +14,7 @@ module hwg_queue #(
   parameter integer DEPTH = 2   // words, 2 or more
 ) (
   input  wire             clk_i,
-  input  wire             rst_ni,
+  input  wire             rst_i,
   input  wire             valid_i,
   output wire             ready_o,
   input  wire [WIDTH-1:0] data_i,
@@ -48,7 +48,7 @@ module hwg_queue #(
   wire full = count_q == DEPTH[COUNT_WIDTH-1:0];
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       write_q <= {ADDRESS_WIDTH{1'b0}};
       read_q  <= {ADDRESS_WIDTH{1'b0}};
       count_q <= {COUNT_WIDTH{1'b0}};
@@ -58,8 +58,8 @@ module hwg_queue #(
       if (push != pop) count_q <= push ? count_q + 1'b1 : count_q - 1'b1;
     end
     valid_q <= valid_next_o;
-    more_q  <= rst_ni & (many | (two & (push | ~pop)) | (one & push & ~pop));
-    ready_q <= rst_ni & (pop | ~(full | (near & push)));
+    more_q  <= ~rst_i & (many | (two & (push | ~pop)) | (one & push & ~pop));
+    ready_q <= ~rst_i & (pop | ~(full | (near & push)));
   end
 
   always @(posedge clk_i) begin
@@ -77,7 +77,7 @@ module hwg_queue #(
     end
   endgenerate
 
-  assign valid_next_o = rst_ni & (push | more_q | (valid_q & ~ready_i));
+  assign valid_next_o = ~rst_i & (push | more_q | (valid_q & ~ready_i));
 
   assign valid_o = valid_q;
   assign ready_o = ready_q;

@@ -19,7 +19,7 @@ module hwg_replay #(
   parameter integer ADDRESS_WIDTH = 1   // max(1, clog2(NEURON_FOLDS * SYNAPSE_FOLDS))
 ) (
   input  wire                     clk_i,
-  input  wire                     rst_ni,
+  input  wire                     rst_i,
   input  wire                     start_i,
   input  wire                     flag_i,
   input  wire [WORDS*WIDTH-1:0]   vector_i,
@@ -45,7 +45,7 @@ module hwg_replay #(
   wire last      = address_q == LAST[ADDRESS_WIDTH-1:0];
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       busy_q    <= 1'b0;
       address_q <= {ADDRESS_WIDTH{1'b0}};
       step_q    <= {STEP_WIDTH{1'b0}};

@@ -24,14 +24,15 @@ module hwg_requant #(
   parameter integer SATURATION    = 0,
   parameter integer ARRAY_BEATS   = 1,   // beats of a frame that come
   parameter integer OUTPUT_BEATS  = 1,   // beats of a frame that leave; the rest is padding
-  parameter integer ADDRESS_WIDTH = 1    // max(1, clog2(ARRAY_BEATS))
+  parameter integer ADDRESS_WIDTH = 1,   // max(1, clog2(ARRAY_BEATS))
+  parameter integer COPIES        = 1    // of the address: 1, or one for each lane's entries
 ) (
   input  wire                                        clk_i,
-  input  wire                                        rst_ni,
+  input  wire                                        rst_i,
   input  wire                                        valid_i,
   input  wire                                        flag_i,
   input  wire [LANES*SUM_WIDTH-1:0]                  sums_i,
-  output wire [ADDRESS_WIDTH-1:0]                    address_o,
+  output wire [COPIES*ADDRESS_WIDTH-1:0]             address_o,
   input  wire [LANES*(EXTRA_WIDTH+BIASED_WIDTH)-1:0] entry_i,
   output wire                                        valid_o,
   output wire                                        flag_o,
@@ -60,7 +61,7 @@ module hwg_requant #(
   wire [LANES-1:0] clipped;  // of the words that the last stage takes
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       beat_q  <= {ADDRESS_WIDTH{1'b0}};
       valid_q <= {STAGES{1'b0}};
     end else begin
@@ -144,7 +145,23 @@ module hwg_requant #(
     end
   endgenerate
 
-  assign address_o = beat_q;
+  // Each copy counts by itself, near to the entries that it reads.
+  generate
+    for (j = 0; j < COPIES; j = j + 1) begin : g_copy
+      if (COPIES == 1) begin : g_shared
+        assign address_o = beat_q;
+      end else begin : g_own
+        (* keep *) reg [ADDRESS_WIDTH-1:0] address_q = {ADDRESS_WIDTH{1'b0}};
+        wire end_of_frame = address_q == LAST[ADDRESS_WIDTH-1:0];
+        (* keep *) always @(posedge clk_i) begin
+          if (rst_i)        address_q <= {ADDRESS_WIDTH{1'b0}};
+          else if (valid_i) address_q <= end_of_frame ? {ADDRESS_WIDTH{1'b0}} : address_q + 1'b1;
+        end
+        assign address_o[j*ADDRESS_WIDTH +: ADDRESS_WIDTH] = address_q;
+      end
+    end
+  endgenerate
+
   assign valid_o   = valid_q[STAGES-1];
   assign flag_o    = flag_q[STAGES-1];
 endmodule

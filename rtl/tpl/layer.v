@@ -13,7 +13,7 @@
 
 module @{ module }@ (
   input  wire clk_i,
-  input  wire rst_ni,
+  input  wire rst_i,
 @% if replay %@  input  wire start_i,   // the vector is whole
   input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ vector_i,
@@ -42,7 +42,7 @@ module @{ module }@ (
     .ADDRESS_WIDTH(@{ address_width }@)
   ) u_replay (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .start_i  (start_i),
     .flag_i   (flag_i),
     .vector_i (vector_i),
@@ -58,16 +58,17 @@ module @{ module }@ (
     .ADDRESS_WIDTH(@{ address_width }@)
   ) u_beats (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .valid_i  (valid_i),
     .first_o  (@% if accumulates %@first@% else %@unused_first@% endif %@),
     .last_o   (@% if accumulates %@last@% else %@unused_last@% endif %@),
     .address_o(address)
   );
 @% endif %@
-  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
-  reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
-  always @(posedge clk_i) operands_q <= @{ operands }@;
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
+  // another layer may read the same and stand elsewhere.
+  (* keep *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= @{ operands }@;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree@% if accumulates %@, less the clock of
   // the elements' own copies@% endif %@.
@@ -80,7 +81,7 @@ module @{ module }@ (
     .DEPTH(@{ control_depth }@)
   ) u_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({@{ valid }@, first, last, @{ flag }@}),
     .data_o({tree_valid, tree_first, tree_last, tree_flag})
   );
@@ -89,7 +90,7 @@ module @{ module }@ (
   wire sums_flag;
   hwg_group u_group (
     .clk_i  (clk_i),
-    .rst_ni (rst_ni),
+    .rst_i  (rst_i),
     .valid_i(tree_valid),
     .first_i(tree_first),
     .last_i (tree_last),
@@ -104,7 +105,7 @@ module @{ module }@ (
     .DEPTH(@{ control_depth }@)
   ) u_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({@{ valid }@, @{ flag }@}),
     .data_o({sums_valid, sums_flag})
   );
@@ -137,7 +138,7 @@ module @{ module }@ (
     .WIDTH(@{ sum_width }@)
   ) u_drain (
     .clk_i  (clk_i),
-    .rst_ni (rst_ni),
+    .rst_i  (rst_i),
     .load_i (sums_valid),
     .flag_i (sums_flag),
     .words_i(sums),
@@ -168,10 +169,11 @@ module @{ module }@ (
     .SATURATION   (@{ saturation }@),
     .ARRAY_BEATS  (@{ array_beats }@),
     .OUTPUT_BEATS (@{ output_beats }@),
-    .ADDRESS_WIDTH(@{ bias_address_width }@)
+    .ADDRESS_WIDTH(@{ bias_address_width }@)@% if bias_copies > 1 %@,
+    .COPIES       (@{ bias_copies }@)@% endif %@
   ) u_requant (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
 @% if drains %@    .valid_i  (lanes_valid),
     .flag_i   (lanes_flag),
     .sums_i   (lane_sums),
@@ -194,7 +196,7 @@ module @{ module }@ (
     .DEPTH(@{ activation_latency }@)
   ) u_act_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({z_valid, z_flag}),
     .data_o({valid_o, flag_o})
   );

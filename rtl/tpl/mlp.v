@@ -28,8 +28,8 @@ module @{ module }@ (
   output wire error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+  (* keep *) reg rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
@@ -46,7 +46,7 @@ module @{ module }@ (
     .CREDITS (@{ credits }@)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -62,7 +62,7 @@ module @{ module }@ (
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .data_i      ({error_i, clipped_i}),
@@ -73,14 +73,14 @@ module @{ module }@ (
   );
 @% for l in layers %@
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
-  (* keep *) reg @{ l.name }@_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) @{ l.name }@_rst_nq2 <= rst_ni;
+  (* keep *) reg @{ l.name }@_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) @{ l.name }@_rst_q2 <= ~rst_ni;
   wire @{ l.name }@_valid;
   wire @{ l.name }@_flag;
   wire @{ l.words_range }@ @{ l.name }@_words;
   @{ l.module }@ u_@{ l.name }@ (
     .clk_i   (clk_i),
-    .rst_ni  (@{ l.name }@_rst_nq2),
+    .rst_i   (@{ l.name }@_rst_q2),
 @% if l.replay %@    .start_i (@{ l.start }@),
     .flag_i  (@{ l.flag }@),
     .vector_i(@{ l.vector }@),
@@ -100,7 +100,7 @@ module @{ module }@ (
     .WIDTH(@{ l.width }@)
   ) u_@{ l.name }@_gather (
     .clk_i   (clk_i),
-    .rst_ni  (@{ l.name }@_rst_nq2),
+    .rst_i   (@{ l.name }@_rst_q2),
     .valid_i (@{ l.name }@_valid),
     .flag_i  (@{ l.name }@_flag),
     .data_i  (@{ l.name }@_words),
@@ -118,14 +118,14 @@ module @{ module }@ (
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg @{ n.name }@_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
-  (* keep *) reg @{ n.name }@_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) @{ n.name }@_rst_nq2 <= rst_ni;
+  (* keep *) reg @{ n.name }@_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) @{ n.name }@_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
     .clk_i       (clk_i),
-    .rst_ni      (@{ n.name }@_rst_nq2),
+    .rst_i       (@{ n.name }@_rst_q2),
     .valid_i     (@{ n.last }@_start),
     .ready_o     (unused_@{ n.name }@_ready),
     .data_i      ({@{ n.last }@_clipped, @{ n.last }@_vector}),

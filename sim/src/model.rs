@@ -2,7 +2,7 @@
 //!
 //! It is written from the contract (`docs/microarchitecture.md`), not from the generator, and
 //! agrees with the RTL in every register after every edge, from power-up on, at which all
-//! registers are zero.
+//! registers are zero but for the copies of the reset.
 
 mod array;
 mod feed;
@@ -89,7 +89,7 @@ pub struct OutputBeat<'a> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// `rst_nq` and its copies `rst_nq2`, low: the reset on its way.
+    /// `rst_nq`, low, and its copies `rst_q2`, high: the reset on its way.
     resets: [bool; 2],
     ingress: Ingress,
     stage: StageModel,
@@ -171,15 +171,15 @@ impl Model {
     }
 
     fn show<P: Probe>(&self, probe: &mut P) {
-        let [first, second] = self.resets.map(|reset| !reset);
-        probe.bit("rst_nq", first);
-        probe.bit("ingress_rst_nq2", second);
-        probe.bit("egress_rst_nq2", second);
+        let [first, reset] = self.resets;
+        probe.bit("rst_nq", !first);
+        probe.bit("ingress_rst_q2", reset);
+        probe.bit("egress_rst_q2", reset);
         within(probe, format_args!("u_ingress"), |p| self.ingress.show(p));
         // The core decides a clock ahead and keeps the decision in registers.
         let (starts, leaves) = (self.ingress.full() && self.stage.ready(), self.leaves());
         within(probe, format_args!("u_mlp"), |p| {
-            self.stage.show(second, starts, leaves, p)
+            self.stage.show(reset, starts, leaves, p)
         });
         within(probe, format_args!("u_egress"), |p| self.egress.show(p));
         // The ports last: where a register differs too, it is the one to be named.

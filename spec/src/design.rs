@@ -151,12 +151,12 @@ impl Layer {
     /// Copies of the address in each weight ROM: one, or where the device wants it one for each weight,
     /// if a word's bit takes more than one look-up table of four inputs.
     pub fn address_copies(&self, device: &Device) -> usize {
-        let words = self.folds();
-        if device.address_per_weight && device.rom_in_logic(words) && words > 16 {
-            self.fold.simd
-        } else {
-            1
-        }
+        own_addresses(device, self.folds(), self.fold.simd)
+    }
+
+    /// Copies of the address of the bias ROM: one, or likewise one for each lane.
+    pub fn bias_address_copies(&self, device: &Device) -> usize {
+        own_addresses(device, self.array_beats(), self.lanes)
     }
 
     /// Weight codes of `pe` in cycle `fold`, one a multiplier, zero for padding.
@@ -501,6 +501,16 @@ impl Design {
                 weights + bias + table
             })
             .sum()
+    }
+}
+
+/// Copies of the address of a ROM: one, or where the device wants it one for each of `parts` of a
+/// word, if a bit takes more than one look-up table of four inputs.
+fn own_addresses(device: &Device, words: usize, parts: usize) -> usize {
+    if device.address_per_weight && device.rom_in_logic(words) && words > 16 {
+        parts
+    } else {
+        1
     }
 }
 

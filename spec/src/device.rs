@@ -75,10 +75,47 @@ pub struct Place {
     /// # Units
     /// MHz
     pub multiplier_mhz: f64,
+    /// Sites of the multipliers, by nextpnr's names, row by row from one edge of the device to the other;
+    /// none if they are left to nextpnr.
+    #[serde(skip)]
+    pub multiplier_rows: Vec<Vec<String>>,
+    /// A group of multipliers, as many times in each row as the device has columns of them.
+    #[serde(default)]
+    multiplier_group: Vec<GroupSite>,
     /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none.
     pub cells: BTreeMap<String, Sites>,
     /// Names of the sites in nextpnr's report.
     pub sites: SiteNames,
+}
+
+/// A multiplier in a group of them.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroupSite {
+    /// Columns from that of the group.
+    column: u32,
+    /// Its name there.
+    name: String,
+}
+
+impl Place {
+    fn of(family: &Self, entry: &Entry) -> Self {
+        let row = |y: &u32| {
+            let groups = entry.multiplier_columns.iter();
+            groups
+                .flat_map(|x| {
+                    let sites = family.multiplier_group.iter();
+                    sites.map(move |site| format!("X{}/Y{y}/{}", x + site.column, site.name))
+                })
+                .collect()
+        };
+        let arguments = entry.arguments.iter().chain(&family.arguments);
+        Self {
+            arguments: arguments.cloned().collect(),
+            multiplier_rows: entry.multiplier_rows.iter().map(row).collect(),
+            ..family.clone()
+        }
+    }
 }
 
 /// Numbers of sites of each kind.
@@ -163,6 +200,11 @@ struct Entry {
     block_rams: Option<u32>,
     #[serde(default)]
     arguments: Vec<String>,
+    /// Where groups of multipliers stand.
+    #[serde(default)]
+    multiplier_columns: Vec<u32>,
+    #[serde(default)]
+    multiplier_rows: Vec<u32>,
 }
 
 /// No device of a name.
@@ -200,6 +242,7 @@ pub fn all() -> &'static [Device] {
             .into_iter()
             .flat_map(|family: FamilyFile| {
                 family.device.into_iter().map(move |entry| Device {
+                    place: family.place.as_ref().map(|place| Place::of(place, &entry)),
                     name: entry.name,
                     family: family.family,
                     lut4: entry.lut4,
@@ -209,10 +252,6 @@ pub fn all() -> &'static [Device] {
                     block_ram_bits: family.block_ram_bits,
                     logic_rom_words: family.logic_rom_words,
                     address_per_weight: family.address_per_weight,
-                    place: family.place.clone().map(|mut place| {
-                        place.arguments.splice(0..0, entry.arguments);
-                        place
-                    }),
                 })
             })
             .collect()
@@ -244,6 +283,24 @@ mod tests {
             assert_eq!(names.iter().filter(|other| *other == name).count(), 1);
             assert_eq!(find(name).unwrap().name, *name);
         }
+    }
+
+    #[test]
+    fn multipliers_have_as_many_sites_as_are_counted() {
+        for device in all() {
+            let Some(place) = &device.place else { continue };
+            let sites: Vec<&String> = place.multiplier_rows.iter().flatten().collect();
+            assert_eq!(Some(sites.len()), device.multipliers.map(|n| n as usize));
+            assert!(
+                sites
+                    .iter()
+                    .collect::<std::collections::BTreeSet<_>>()
+                    .len()
+                    == sites.len()
+            );
+        }
+        let place = find("ecp5-85k").unwrap().place.as_ref().unwrap();
+        assert_eq!(place.multiplier_rows[2][51], "X119/Y58/MULT18_5");
     }
 
     #[test]

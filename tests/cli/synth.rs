@@ -234,3 +234,43 @@ fn a_device_that_cannot_be_is_refused() {
         ran.stderr
     );
 }
+
+/// Multipliers stand side by side as the data goes through them: the elements in turn, each with
+/// its multipliers in turn, then the activations, then the next layer.
+#[test]
+fn multipliers_are_laid_out_in_the_order_of_the_data() {
+    let place = bench(2, &[100.0]);
+    let layer = |layer: &str, cell: &str| format!("u_core.u_mlp.u_net_{layer}.{cell}.u_block");
+    let order = [
+        layer("l0", "u_pe0.g_mul[0].u_mul"),
+        layer("l0", "u_pe0.g_mul[1].u_mul"),
+        layer("l0", "u_pe2.g_mul[0].u_mul"),
+        layer("l0", "u_pe10.g_mul[0].u_mul"),
+        layer("l0", "g_act[0].u_pwl.u_mul"),
+        layer("l1", "u_pe0.g_mul[0].u_mul"),
+        "u_core.u_other.u_mul".to_owned(),
+    ];
+    let cells = order.iter().map(|name| {
+        let cell = serde_json::json!({"type": "MULT18X18D", "attributes": {"src": "x"}});
+        (name.clone(), cell)
+    });
+    let cells: serde_json::Map<_, _> = cells.collect();
+    let netlist = serde_json::json!({"modules": {"tiny_shell": {"cells": cells}}});
+    place.write("netlist.json", &netlist.to_string());
+    let ran = synth(&place, &["--json"]);
+    ran.exits(0);
+    let kept = PathBuf::from(ran.json()["directory"].as_str().unwrap()).join("netlist.json");
+    let placed: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(kept).unwrap()).unwrap();
+    let cells = &placed["modules"]["tiny_shell"]["cells"];
+    // Seven of a row of 28, from the eleventh on.
+    let columns = [26, 27, 33, 34, 37, 38, 42];
+    for (name, column) in order.iter().zip(columns) {
+        let site = cells[name]["attributes"]["BEL"].as_str().unwrap();
+        assert!(
+            site.starts_with(&format!("X{column}/Y13/")),
+            "{name}: {site}"
+        );
+        assert_eq!(cells[name]["attributes"]["src"], "x");
+    }
+}

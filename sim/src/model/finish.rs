@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use hwgen_spec::activation::{GUARD_BITS, OddTable};
 use hwgen_spec::design::{Layer, extra_shift_width};
+use hwgen_spec::device::Device;
 use hwgen_spec::format::to_bits;
 use hwgen_spec::network::Activation;
 use hwgen_spec::schedule::ACTIVATION_LATENCY;
@@ -44,6 +45,7 @@ pub(super) struct Requant {
     /// `[1 + beat][lane]`; word 0 is the zero of power-up.
     entries: Vec<Entry>,
     beat: usize,
+    address_copies: usize,
     valid: u32,
     /// `flag_q` as if nothing were clipped here.
     flag: u32,
@@ -71,7 +73,7 @@ struct Entry {
 }
 
 impl Requant {
-    pub(super) fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer, device: &Device) -> Self {
         let quant = &layer.quant;
         let entries = (0..layer.array_beats()).flat_map(|beat| layer.bias_word(beat));
         let entries = entries.map(|(bias, extra)| Entry {
@@ -99,6 +101,7 @@ impl Requant {
             array_beats: layer.array_beats(),
             entries: zero.chain(entries).collect(),
             beat: 0,
+            address_copies: layer.bias_address_copies(device),
             valid: 0,
             flag: 0,
             clipped: 0,
@@ -230,6 +233,13 @@ impl Requant {
                     probe.bit("beyond_q", self.beyond(value));
                     probe.word("word_q", self.word_bits, *word);
                 });
+            }
+            if self.address_copies > 1 {
+                for copy in 0..self.address_copies {
+                    within(probe, format_args!("g_copy[{copy}].g_own"), |probe| {
+                        probe.count("address_q", address_bits(self.array_beats), self.beat);
+                    });
+                }
             }
         });
     }

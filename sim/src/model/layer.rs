@@ -58,7 +58,7 @@ impl LayerModel {
             array: Array::new(layer, device),
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
-            requant: Requant::new(layer),
+            requant: Requant::new(layer, device),
             units: Units::new(layer).map(|units| (units, Delay::new(2, ACTIVATION_LATENCY))),
         }
     }

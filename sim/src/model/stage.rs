@@ -171,17 +171,17 @@ impl StageModel {
         self.admit.step(reset, start, leaves);
     }
 
-    /// `reset_n`: the reset's copies; `starts`, `leaves`: whether a frame does so in this clock.
-    pub(super) fn show<P: Probe>(&self, reset_n: bool, starts: bool, leaves: bool, probe: &mut P) {
-        probe.bit("rst_nq2", reset_n);
+    /// `reset`: the reset's copies; `starts`, `leaves`: whether a frame does so in this clock.
+    pub(super) fn show<P: Probe>(&self, reset: bool, starts: bool, leaves: bool, probe: &mut P) {
+        probe.bit("rst_q2", reset);
         for node in &self.nodes {
-            probe.bit(&format!("{}_rst_nq2", node.name), reset_n);
+            probe.bit(&format!("{}_rst_q2", node.name), reset);
         }
         probe.bit("start_q", starts);
         probe.bit("leave_q", leaves);
         for (name, ..) in &self.answers {
             probe.bit(&format!("{name}_leave_q"), leaves);
-            probe.bit(&format!("{name}_rst_nq2"), reset_n);
+            probe.bit(&format!("{name}_rst_q2"), reset);
         }
         within(probe, format_args!("u_admit"), |p| self.admit.show(p));
         within(probe, format_args!("u_frames"), |p| self.frames.show(p));

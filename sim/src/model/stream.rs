@@ -176,6 +176,8 @@ pub(super) struct Ingress {
     bound: Beat,
     /// The beat that was compared with them.
     compared: Beat,
+    /// Whether beats ever moved on: until then no beat enables any words.
+    moved: bool,
     words: Vec<i64>,
     full: bool,
     clipped: bool,
@@ -214,11 +216,11 @@ impl Beat {
 
 impl Lane {
     fn below(&self) -> bool {
-        self.used && self.value < self.low
+        self.value < self.low
     }
 
     fn above(&self) -> bool {
-        self.used && self.value > self.high
+        self.value > self.high
     }
 }
 
@@ -236,6 +238,7 @@ impl Ingress {
             index: 0,
             bound: Beat::new(beat_words),
             compared: Beat::new(beat_words),
+            moved: false,
             words: vec![0; words],
             full: false,
             clipped: false,
@@ -316,8 +319,7 @@ impl Ingress {
         let base = beat.number * self.beat_words;
         let mut outside = false;
         for (lane, word) in beat.lanes.iter().zip(self.words.iter_mut().skip(base)) {
-            // Without bounds that were set, as long as a lane carries no word.
-            outside |= lane.below() || lane.above();
+            outside |= lane.used && (lane.below() || lane.above());
             *word = if lane.below() {
                 lane.low
             } else if lane.above() {
@@ -332,6 +334,7 @@ impl Ingress {
 
     /// All beats move on by a stage.
     fn advance(&mut self) {
+        self.moved = true;
         std::mem::swap(&mut self.bound, &mut self.compared);
         let head = self.slice.head();
         let input = &self.input;
@@ -358,6 +361,9 @@ impl Ingress {
         probe.count("index_q", bits, self.index);
         probe.count("beat_q", bits, bound.number);
         probe.count("beat_q2", bits, compared.number);
+        let enables = |beat| self.moved && (compared.number == 0 || compared.number == beat);
+        let enables: Vec<_> = (0..self.beats).map(|b| i64::from(enables(b))).collect();
+        probe.words("enable_q2", 1, &enables);
         probe.bit("valid_q", bound.valid);
         probe.bit("valid_q2", compared.valid);
         probe.bit("last_q", bound.last);
@@ -372,6 +378,7 @@ impl Ingress {
                 probe.word("value_q2", width, second.value << above >> above);
                 probe.word("low_q2", width, second.low);
                 probe.word("high_q2", width, second.high);
+                probe.bit("used_q2", second.used);
                 probe.bit("below_q2", second.below());
                 probe.bit("above_q2", second.above());
             });
@@ -509,6 +516,7 @@ impl Egress {
         within(probe, format_args!("u_slice"), |p| self.slice.show(p));
         probe.words("slot_q", self.lane_bits, &self.slots);
         probe.count("left_q", counter_bits(self.beats), self.left);
+        probe.bit("next_q", self.left != 0 && self.slice.ready());
         probe.word("user_q", 2, self.user);
     }
 

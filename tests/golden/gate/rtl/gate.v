@@ -45,11 +45,11 @@ module gate (
 
   // The reset goes out in two steps, by a register of its own to copies near to what they reset.
   reg rst_nq = 1'b0;
-  (* keep *) reg ingress_rst_nq2 = 1'b0;
-  (* keep *) reg egress_rst_nq2  = 1'b0;
+  (* keep *) reg ingress_rst_q2 = 1'b1;
+  (* keep *) reg egress_rst_q2  = 1'b1;
   always @(posedge aclk) rst_nq <= aresetn;
-  (* keep *) always @(posedge aclk) ingress_rst_nq2 <= rst_nq;
-  (* keep *) always @(posedge aclk) egress_rst_nq2  <= rst_nq;
+  (* keep *) always @(posedge aclk) ingress_rst_q2 <= ~rst_nq;
+  (* keep *) always @(posedge aclk) egress_rst_q2  <= ~rst_nq;
 
   wire in_next;
   wire in_taken;
@@ -63,7 +63,7 @@ module gate (
     .WIDTH     (16)
   ) u_ingress (
     .clk_i        (aclk),
-    .rst_ni       (ingress_rst_nq2),
+    .rst_i        (ingress_rst_q2),
     .tvalid_i     (s_axis_tvalid),
     .tready_o     (s_axis_tready),
     .tlast_i      (s_axis_tlast),
@@ -103,7 +103,7 @@ module gate (
     .LANE_WIDTH(16)
   ) u_egress (
     .clk_i        (aclk),
-    .rst_ni       (egress_rst_nq2),
+    .rst_i        (egress_rst_q2),
     .room_next_o  (out_room),
     .frame_valid_i(out_valid),
     .frame_i      (out_frame),

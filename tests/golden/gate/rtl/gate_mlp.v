@@ -28,8 +28,8 @@ module gate_mlp (
   output wire        error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+  (* keep *) reg rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
@@ -46,7 +46,7 @@ module gate_mlp (
     .CREDITS (7)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -62,7 +62,7 @@ module gate_mlp (
     .DEPTH(7)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .data_i      ({error_i, clipped_i}),
@@ -73,14 +73,14 @@ module gate_mlp (
   );
 
   // Layer net_l0: 3 to 7 sigmoid, 1 x 3 multipliers for 7 clocks.
-  (* keep *) reg net_l0_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) net_l0_rst_nq2 <= rst_ni;
+  (* keep *) reg net_l0_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) net_l0_rst_q2 <= ~rst_ni;
   wire net_l0_valid;
   wire net_l0_flag;
   wire [12:0] net_l0_words;
   gate_net_l0 u_net_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (net_l0_rst_nq2),
+    .rst_i   (net_l0_rst_q2),
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
@@ -90,14 +90,14 @@ module gate_mlp (
   );
 
   // Layer net_l1: 7 to 2 sigmoid, 2 x 1 multipliers for 7 clocks.
-  (* keep *) reg net_l1_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) net_l1_rst_nq2 <= rst_ni;
+  (* keep *) reg net_l1_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) net_l1_rst_q2 <= ~rst_ni;
   wire net_l1_valid;
   wire net_l1_flag;
   wire [12:0] net_l1_words;
   gate_net_l1 u_net_l1 (
     .clk_i   (clk_i),
-    .rst_ni  (net_l1_rst_nq2),
+    .rst_i   (net_l1_rst_q2),
     .valid_i (net_l0_valid),
     .flag_i  (net_l0_flag),
     .words_i (net_l0_words),
@@ -114,7 +114,7 @@ module gate_mlp (
     .WIDTH(13)
   ) u_net_l1_gather (
     .clk_i   (clk_i),
-    .rst_ni  (net_l1_rst_nq2),
+    .rst_i   (net_l1_rst_q2),
     .valid_i (net_l1_valid),
     .flag_i  (net_l1_flag),
     .data_i  (net_l1_words),
@@ -132,14 +132,14 @@ module gate_mlp (
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
-  (* keep *) reg net_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
+  (* keep *) reg net_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) net_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(27),
     .DEPTH(7)
   ) u_net_answers (
     .clk_i       (clk_i),
-    .rst_ni      (net_rst_nq2),
+    .rst_i       (net_rst_q2),
     .valid_i     (net_l1_start),
     .ready_o     (unused_net_ready),
     .data_i      ({net_l1_clipped, net_l1_vector}),

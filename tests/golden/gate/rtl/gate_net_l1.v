@@ -14,7 +14,7 @@
 
 module gate_net_l1 (
   input  wire        clk_i,
-  input  wire        rst_ni,
+  input  wire        rst_i,
   input  wire        valid_i,
   input  wire        flag_i,    // a word before was clipped
   input  wire [12:0] words_i,
@@ -31,16 +31,17 @@ module gate_net_l1 (
     .ADDRESS_WIDTH(3)
   ) u_beats (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .valid_i  (valid_i),
     .first_o  (first),
     .last_o   (last),
     .address_o(address)
   );
 
-  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
-  reg [12:0] operands_q = {13{1'b0}};
-  always @(posedge clk_i) operands_q <= words_i;
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
+  // another layer may read the same and stand elsewhere.
+  (* keep *) reg [12:0] operands_q = {13{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= words_i;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
   // the elements' own copies.
@@ -53,7 +54,7 @@ module gate_net_l1 (
     .DEPTH(5)
   ) u_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({valid_i, first, last, flag_i}),
     .data_o({tree_valid, tree_first, tree_last, tree_flag})
   );
@@ -62,7 +63,7 @@ module gate_net_l1 (
   wire sums_flag;
   hwg_group u_group (
     .clk_i  (clk_i),
-    .rst_ni (rst_ni),
+    .rst_i  (rst_i),
     .valid_i(tree_valid),
     .first_i(tree_first),
     .last_i (tree_last),
@@ -114,7 +115,7 @@ module gate_net_l1 (
     .WIDTH(24)
   ) u_drain (
     .clk_i  (clk_i),
-    .rst_ni (rst_ni),
+    .rst_i  (rst_i),
     .load_i (sums_valid),
     .flag_i (sums_flag),
     .words_i(sums),
@@ -148,7 +149,7 @@ module gate_net_l1 (
     .ADDRESS_WIDTH(1)
   ) u_requant (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .valid_i  (lanes_valid),
     .flag_i   (lanes_flag),
     .sums_i   (lane_sums),
@@ -165,7 +166,7 @@ module gate_net_l1 (
     .DEPTH(7)
   ) u_act_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({z_valid, z_flag}),
     .data_o({valid_o, flag_o})
   );

@@ -12,7 +12,7 @@ module hwg_delay #(
   parameter integer DEPTH = 1   // clocks, 1 or more
 ) (
   input  wire             clk_i,
-  input  wire             rst_ni,
+  input  wire             rst_i,
   input  wire [WIDTH-1:0] data_i,
   output wire [WIDTH-1:0] data_o
 );
@@ -20,7 +20,7 @@ module hwg_delay #(
 
   integer i;
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       pipe_q <= {DEPTH*WIDTH{1'b0}};
     end else begin
       pipe_q[0 +: WIDTH] <= data_i;

@@ -14,7 +14,7 @@ module hwg_drain #(
   parameter integer WIDTH = 8   // bits of a sum
 ) (
   input  wire                   clk_i,
-  input  wire                   rst_ni,
+  input  wire                   rst_i,
   input  wire                   load_i,
   input  wire                   flag_i,
   input  wire [WORDS*WIDTH-1:0] words_i,
@@ -32,7 +32,7 @@ module hwg_drain #(
   wire valid = left_q != {LEFT_WIDTH{1'b0}};
 
   always @(posedge clk_i) begin
-    if (!rst_ni)     left_q <= {LEFT_WIDTH{1'b0}};
+    if (rst_i)       left_q <= {LEFT_WIDTH{1'b0}};
     else if (load_i) left_q <= BEATS[LEFT_WIDTH-1:0];
     else if (valid)  left_q <= left_q - 1'b1;
   end

@@ -15,7 +15,7 @@ module hwg_egress #(
   parameter integer LANE_WIDTH = 16  // bits of a word and its lane
 ) (
   input  wire                             clk_i,
-  input  wire                             rst_ni,
+  input  wire                             rst_i,
   output wire                             room_next_o,    // a frame may come after this edge
   input  wire                             frame_valid_i,  // a frame comes; only where there was room
   input  wire [WORDS*LANE_WIDTH-1:0]      frame_i,
@@ -35,17 +35,20 @@ module hwg_egress #(
   reg [SLOTS*LANE_WIDTH-1:0] slot_q = {SLOTS*LANE_WIDTH{1'b0}};
   reg [LEFT_WIDTH-1:0]       left_q = {LEFT_WIDTH{1'b0}};  // beats still to send
   reg [1:0]                  user_q = 2'b0;
+  reg                        next_q = 1'b0;                // the slice takes a beat: beat_valid & beat_ready
 
   wire beat_valid = left_q != {LEFT_WIDTH{1'b0}};
   wire beat_last  = left_q == ONE[LEFT_WIDTH-1:0];
-  wire beat_ready;
+  wire unused_ready;
   wire beat_ready_next;
   wire [LEFT_WIDTH-1:0] left_d = frame_valid_i           ? BEATS[LEFT_WIDTH-1:0] :
-                                 beat_valid & beat_ready ? left_q - 1'b1 : left_q;
+                                 next_q                  ? left_q - 1'b1 : left_q;
 
   always @(posedge clk_i) begin
-    if (!rst_ni) left_q <= {LEFT_WIDTH{1'b0}};
-    else         left_q <= left_d;
+    if (rst_i) left_q <= {LEFT_WIDTH{1'b0}};
+    else       left_q <= left_d;
+    // A clock ahead, for it moves the whole frame.
+    next_q <= ~rst_i & (left_d != {LEFT_WIDTH{1'b0}}) & beat_ready_next;
   end
 
   integer i;
@@ -55,7 +58,7 @@ module hwg_egress #(
       for (i = 0; i < SLOTS; i = i + 1)
         if (i < WORDS) slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= frame_i[(i % WORDS)*LANE_WIDTH +: LANE_WIDTH];
         else           slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= {LANE_WIDTH{1'b0}};
-    end else if (beat_valid & beat_ready) begin
+    end else if (next_q) begin
       for (i = 0; i < SLOTS - BEAT_WORDS; i = i + 1)
         slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= slot_q[(i+BEAT_WORDS)*LANE_WIDTH +: LANE_WIDTH];
     end
@@ -67,9 +70,9 @@ module hwg_egress #(
     .DEPTH(2)
   ) u_slice (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_i       (rst_i),
     .valid_i     (beat_valid),
-    .ready_o     (beat_ready),
+    .ready_o     (unused_ready),
     .ready_next_o(beat_ready_next),
     .data_i      ({beat_last, user_q, slot_q[0 +: BEAT_WORDS*LANE_WIDTH]}),
     .valid_o     (tvalid_o),

@@ -14,7 +14,7 @@ module hwg_fifo #(
   parameter integer DEPTH = 2   // words, 1 or more
 ) (
   input  wire             clk_i,
-  input  wire             rst_ni,
+  input  wire             rst_i,
   input  wire             valid_i,
   output wire             ready_o,
   output wire             ready_next_o,  // ready_o after this edge
@@ -39,7 +39,7 @@ module hwg_fifo #(
   wire [COUNT_WIDTH-1:0] count_d = push ? tail + 1'b1 : tail;
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       count_q <= {COUNT_WIDTH{1'b0}};
     end else begin
       count_q <= count_d;
@@ -64,8 +64,8 @@ module hwg_fifo #(
     end
   endgenerate
 
-  assign valid_next_o = rst_ni & (count_d != {COUNT_WIDTH{1'b0}});
-  assign ready_next_o = rst_ni & (count_d != DEPTH[COUNT_WIDTH-1:0]);
+  assign valid_next_o = ~rst_i & (count_d != {COUNT_WIDTH{1'b0}});
+  assign ready_next_o = ~rst_i & (count_d != DEPTH[COUNT_WIDTH-1:0]);
 
   assign valid_o = valid_q;
   assign ready_o = ready_q;

@@ -14,7 +14,7 @@ module hwg_admit #(
   parameter integer CREDITS  = 2   // frames, 1 or more
 ) (
   input  wire clk_i,
-  input  wire rst_ni,
+  input  wire rst_i,
   output wire ready_next_o,  // a frame may start after this edge
   input  wire start_i,       // a frame starts; only where one may
   input  wire release_i      // a frame has left
@@ -32,7 +32,7 @@ module hwg_admit #(
                                      release_i & ~start_i ? credit_q + 1'b1 : credit_q;
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       gap_q    <= {GAP_WIDTH{1'b0}};
       credit_q <= CREDITS[CREDIT_WIDTH-1:0];
     end else begin
@@ -41,7 +41,7 @@ module hwg_admit #(
     end
   end
 
-  assign ready_next_o = rst_ni & (gap_d == {GAP_WIDTH{1'b0}}) & (credit_d != {CREDIT_WIDTH{1'b0}});
+  assign ready_next_o = ~rst_i & (gap_d == {GAP_WIDTH{1'b0}}) & (credit_d != {CREDIT_WIDTH{1'b0}});
 endmodule
 
 `default_nettype wire

@@ -28,8 +28,8 @@ module line_mlp (
   output wire        error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+  (* keep *) reg rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
@@ -46,7 +46,7 @@ module line_mlp (
     .CREDITS (14)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -62,7 +62,7 @@ module line_mlp (
     .DEPTH(14)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .data_i      ({error_i, clipped_i}),
@@ -73,14 +73,14 @@ module line_mlp (
   );
 
   // Layer net_l0: 1 to 1 linear, 1 x 1 multiplier for 1 clocks.
-  (* keep *) reg net_l0_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) net_l0_rst_nq2 <= rst_ni;
+  (* keep *) reg net_l0_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) net_l0_rst_q2 <= ~rst_ni;
   wire net_l0_valid;
   wire net_l0_flag;
   wire [23:0] net_l0_words;
   line_net_l0 u_net_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (net_l0_rst_nq2),
+    .rst_i   (net_l0_rst_q2),
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
@@ -97,7 +97,7 @@ module line_mlp (
     .WIDTH(24)
   ) u_net_l0_gather (
     .clk_i   (clk_i),
-    .rst_ni  (net_l0_rst_nq2),
+    .rst_i   (net_l0_rst_q2),
     .valid_i (net_l0_valid),
     .flag_i  (net_l0_flag),
     .data_i  (net_l0_words),
@@ -115,14 +115,14 @@ module line_mlp (
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
-  (* keep *) reg net_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) net_rst_nq2 <= rst_ni;
+  (* keep *) reg net_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) net_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(25),
     .DEPTH(14)
   ) u_net_answers (
     .clk_i       (clk_i),
-    .rst_ni      (net_rst_nq2),
+    .rst_i       (net_rst_q2),
     .valid_i     (net_l0_start),
     .ready_o     (unused_net_ready),
     .data_i      ({net_l0_clipped, net_l0_vector}),

@@ -13,7 +13,7 @@
 
 module line_net_l0 (
   input  wire        clk_i,
-  input  wire        rst_ni,
+  input  wire        rst_i,
   input  wire        start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [13:0] vector_i,
@@ -37,7 +37,7 @@ module line_net_l0 (
     .ADDRESS_WIDTH(1)
   ) u_replay (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .start_i  (start_i),
     .flag_i   (flag_i),
     .vector_i (vector_i),
@@ -49,9 +49,10 @@ module line_net_l0 (
     .address_o(address)
   );
 
-  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
-  reg [13:0] operands_q = {14{1'b0}};
-  always @(posedge clk_i) operands_q <= operands;
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
+  // another layer may read the same and stand elsewhere.
+  (* keep *) reg [13:0] operands_q = {14{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree.
   wire sums_valid;
@@ -61,7 +62,7 @@ module line_net_l0 (
     .DEPTH(6)
   ) u_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({valid, flag}),
     .data_o({sums_valid, sums_flag})
   );
@@ -104,7 +105,7 @@ module line_net_l0 (
     .ADDRESS_WIDTH(1)
   ) u_requant (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .valid_i  (sums_valid),
     .flag_i   (sums_flag),
     .sums_i   (sums),

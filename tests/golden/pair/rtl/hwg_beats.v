@@ -12,7 +12,7 @@ module hwg_beats #(
   parameter integer ADDRESS_WIDTH = 1   // max(1, clog2(BEATS))
 ) (
   input  wire                     clk_i,
-  input  wire                     rst_ni,
+  input  wire                     rst_i,
   input  wire                     valid_i,
   output wire                     first_o,
   output wire                     last_o,
@@ -25,7 +25,7 @@ module hwg_beats #(
   wire last = address_q == LAST[ADDRESS_WIDTH-1:0];
 
   always @(posedge clk_i) begin
-    if (!rst_ni)      address_q <= {ADDRESS_WIDTH{1'b0}};
+    if (rst_i)        address_q <= {ADDRESS_WIDTH{1'b0}};
     else if (valid_i) address_q <= last ? {ADDRESS_WIDTH{1'b0}} : address_q + 1'b1;
   end
 

@@ -14,7 +14,7 @@ module hwg_gather #(
   parameter integer WIDTH = 8   // bits of a word
 ) (
   input  wire                   clk_i,
-  input  wire                   rst_ni,
+  input  wire                   rst_i,
   input  wire                   valid_i,
   input  wire                   flag_i,
   input  wire [LANES*WIDTH-1:0] data_i,
@@ -39,7 +39,7 @@ module hwg_gather #(
   wire last  = count_q == LAST[COUNT_WIDTH-1:0];
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       count_q <= {COUNT_WIDTH{1'b0}};
       start_q <= 1'b0;
     end else begin

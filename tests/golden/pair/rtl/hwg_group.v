@@ -9,7 +9,7 @@
 
 module hwg_group (
   input  wire clk_i,
-  input  wire rst_ni,
+  input  wire rst_i,
   input  wire valid_i,
   input  wire first_i,
   input  wire last_i,
@@ -23,7 +23,7 @@ module hwg_group (
   reg flag_q2 = 1'b0;
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       done_q  <= 1'b0;
       done_q2 <= 1'b0;
     end else begin

@@ -18,7 +18,7 @@ module hwg_ingress #(
   parameter integer WIDTH      = 16   // bits of a word, 2 or more
 ) (
   input  wire                             clk_i,
-  input  wire                             rst_ni,
+  input  wire                             rst_i,
   input  wire                             tvalid_i,
   output wire                             tready_o,
   input  wire                             tlast_i,
@@ -39,14 +39,16 @@ module hwg_ingress #(
   wire                             beat_last;
   wire [BEAT_WORDS*LANE_WIDTH-1:0] beat_data;
 
-  // The beat at the slice's head, with its bounds, and compared with them: _q, _q2.
-  reg [INDEX_WIDTH-1:0] index_q  = {INDEX_WIDTH{1'b0}};  // of the beat at the head; BEATS: too long
-  reg [INDEX_WIDTH-1:0] beat_q   = {INDEX_WIDTH{1'b0}};
-  reg [INDEX_WIDTH-1:0] beat_q2  = {INDEX_WIDTH{1'b0}};
-  reg                   valid_q  = 1'b0;
-  reg                   valid_q2 = 1'b0;
-  reg                   last_q   = 1'b0;
-  reg                   last_q2  = 1'b0;
+  // The beat at the slice's head, with its bounds, and compared with them: _q, _q2. Bit b of
+  // enable_q2: it writes the words of beat b, its own, and if it is the first, all others' defaults.
+  reg [INDEX_WIDTH-1:0] index_q   = {INDEX_WIDTH{1'b0}};  // of the beat at the head; BEATS: too long
+  reg [INDEX_WIDTH-1:0] beat_q    = {INDEX_WIDTH{1'b0}};
+  reg [INDEX_WIDTH-1:0] beat_q2   = {INDEX_WIDTH{1'b0}};
+  reg [BEATS-1:0]       enable_q2 = {BEATS{1'b0}};
+  reg                   valid_q   = 1'b0;
+  reg                   valid_q2  = 1'b0;
+  reg                   last_q    = 1'b0;
+  reg                   last_q2   = 1'b0;
 
   // The frame.
   reg [WORDS*WIDTH-1:0] word_q    = {WORDS*WIDTH{1'b0}};
@@ -58,7 +60,7 @@ module hwg_ingress #(
   wire move  = ~valid_q2 | room;
   wire take  = beat_valid & move;
   wire put   = valid_q2 & room;
-  wire first = beat_q2 == {INDEX_WIDTH{1'b0}};
+  wire first = enable_q2[0];
 
   wire unused_ready_next;
   wire unused_valid_next;
@@ -67,7 +69,7 @@ module hwg_ingress #(
     .DEPTH(2)
   ) u_slice (
     .clk_i       (clk_i),
-    .rst_ni      (rst_ni),
+    .rst_i       (rst_i),
     .valid_i     (tvalid_i),
     .ready_o     (tready_o),
     .ready_next_o(unused_ready_next),
@@ -81,7 +83,7 @@ module hwg_ingress #(
   wire full_d = (put & last_q2) | (full_q & ~frame_taken_i);
 
   always @(posedge clk_i) begin
-    if (!rst_ni) begin
+    if (rst_i) begin
       index_q  <= {INDEX_WIDTH{1'b0}};
       valid_q  <= 1'b0;
       valid_q2 <= 1'b0;
@@ -99,8 +101,11 @@ module hwg_ingress #(
     end
   end
 
+  integer b;
   always @(posedge clk_i) begin
     if (move) begin
+      for (b = 0; b < BEATS; b = b + 1)
+        enable_q2[b] <= (beat_q == b[INDEX_WIDTH-1:0]) | (beat_q == {INDEX_WIDTH{1'b0}});
       beat_q  <= index_q;
       beat_q2 <= beat_q;
       last_q  <= beat_last;
@@ -131,19 +136,22 @@ module hwg_ingress #(
         end
       end
 
-      reg signed [LANE_WIDTH-1:0] value_q  = {LANE_WIDTH{1'b0}};
+      reg        [LANE_WIDTH-1:0] value_q  = {LANE_WIDTH{1'b0}};
       reg        [WIDTH-1:0]      low_q    = {WIDTH{1'b0}};
       reg        [WIDTH-1:0]      high_q   = {WIDTH{1'b0}};
       reg                         used_q   = 1'b0;
       reg        [WIDTH-1:0]      value_q2 = {WIDTH{1'b0}};
       reg        [WIDTH-1:0]      low_q2   = {WIDTH{1'b0}};
       reg        [WIDTH-1:0]      high_q2  = {WIDTH{1'b0}};
+      reg                         used_q2  = 1'b0;
       reg                         below_q2 = 1'b0;
       reg                         above_q2 = 1'b0;
-      wire signed [LANE_WIDTH-1:0] least =
-        {{(LANE_WIDTH-WIDTH+1){low_q[WIDTH-1]}}, low_q[WIDTH-2:0]};
-      wire signed [LANE_WIDTH-1:0] greatest =
-        {{(LANE_WIDTH-WIDTH+1){high_q[WIDTH-1]}}, high_q[WIDTH-2:0]};
+      // Differences of one bit more: their signs are the comparisons, at the ends of the carry chains.
+      // verilator lint_off UNUSED
+      wire [LANE_WIDTH:0] value = {value_q[LANE_WIDTH-1], value_q};
+      wire [LANE_WIDTH:0] under = value - {{(LANE_WIDTH-WIDTH+2){low_q[WIDTH-1]}}, low_q[WIDTH-2:0]};
+      wire [LANE_WIDTH:0] over  = {{(LANE_WIDTH-WIDTH+2){high_q[WIDTH-1]}}, high_q[WIDTH-2:0]} - value;
+      // verilator lint_on UNUSED
       always @(posedge clk_i) begin
         if (move) begin
           value_q  <= beat_data[j*LANE_WIDTH +: LANE_WIDTH];
@@ -153,12 +161,13 @@ module hwg_ingress #(
           value_q2 <= value_q[WIDTH-1:0];
           low_q2   <= low_q;
           high_q2  <= high_q;
-          below_q2 <= used_q & (value_q < least);
-          above_q2 <= used_q & (value_q > greatest);
+          used_q2  <= used_q;
+          below_q2 <= under[LANE_WIDTH];
+          above_q2 <= over[LANE_WIDTH];
         end
       end
 
-      assign outside[j] = below_q2 | above_q2;
+      assign outside[j] = used_q2 & (below_q2 | above_q2);
       assign bounded[j*WIDTH +: WIDTH] = below_q2 ? low_q2 : above_q2 ? high_q2 : value_q2;
     end
   endgenerate
@@ -169,15 +178,14 @@ module hwg_ingress #(
       clipped_q <= (clipped_q & ~first) | (|outside);
       error_q   <= beat_q2 != LAST[INDEX_WIDTH-1:0];
       for (k = 0; k < WORDS; k = k + 1) begin
-        if ({{(32-INDEX_WIDTH){1'b0}}, beat_q2} == k / BEAT_WORDS)
-          word_q[k*WIDTH +: WIDTH] <= bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
-        else if (first)
-          word_q[k*WIDTH +: WIDTH] <= low_i[k*WIDTH +: WIDTH];
+        if (enable_q2[k/BEAT_WORDS])
+          word_q[k*WIDTH +: WIDTH] <= first & (k >= BEAT_WORDS) ? low_i[k*WIDTH +: WIDTH] :
+                                      bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
       end
     end
   end
 
-  assign frame_next_o = rst_ni & full_d;
+  assign frame_next_o = ~rst_i & full_d;
   assign frame_o      = word_q;
   assign clipped_o    = clipped_q;
   assign error_o      = error_q;

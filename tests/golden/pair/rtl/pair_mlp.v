@@ -29,8 +29,8 @@ module pair_mlp (
   output wire         error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) rst_nq2 <= rst_ni;
+  (* keep *) reg rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
   reg  start_q = 1'b0;
@@ -47,7 +47,7 @@ module pair_mlp (
     .CREDITS (9)
   ) u_admit (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
     .release_i   (leave_q)
@@ -63,7 +63,7 @@ module pair_mlp (
     .DEPTH(9)
   ) u_frames (
     .clk_i       (clk_i),
-    .rst_ni      (rst_nq2),
+    .rst_i       (rst_q2),
     .valid_i     (start_q),
     .ready_o     (unused_frames_ready),
     .data_i      ({error_i, clipped_i}),
@@ -74,14 +74,14 @@ module pair_mlp (
   );
 
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
-  (* keep *) reg shared_l0_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) shared_l0_rst_nq2 <= rst_ni;
+  (* keep *) reg shared_l0_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) shared_l0_rst_q2 <= ~rst_ni;
   wire shared_l0_valid;
   wire shared_l0_flag;
   wire [17:0] shared_l0_words;
   pair_shared_l0 u_shared_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (shared_l0_rst_nq2),
+    .rst_i   (shared_l0_rst_q2),
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
@@ -98,7 +98,7 @@ module pair_mlp (
     .WIDTH(18)
   ) u_shared_l0_gather (
     .clk_i   (clk_i),
-    .rst_ni  (shared_l0_rst_nq2),
+    .rst_i   (shared_l0_rst_q2),
     .valid_i (shared_l0_valid),
     .flag_i  (shared_l0_flag),
     .data_i  (shared_l0_words),
@@ -108,14 +108,14 @@ module pair_mlp (
   );
 
   // Layer turn_l0: 7 to 5 tanh, 3 x 1 multipliers for 14 clocks.
-  (* keep *) reg turn_l0_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) turn_l0_rst_nq2 <= rst_ni;
+  (* keep *) reg turn_l0_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) turn_l0_rst_q2 <= ~rst_ni;
   wire turn_l0_valid;
   wire turn_l0_flag;
   wire [12:0] turn_l0_words;
   pair_turn_l0 u_turn_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (turn_l0_rst_nq2),
+    .rst_i   (turn_l0_rst_q2),
     .start_i (shared_l0_start),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
@@ -132,7 +132,7 @@ module pair_mlp (
     .WIDTH(13)
   ) u_turn_l0_gather (
     .clk_i   (clk_i),
-    .rst_ni  (turn_l0_rst_nq2),
+    .rst_i   (turn_l0_rst_q2),
     .valid_i (turn_l0_valid),
     .flag_i  (turn_l0_flag),
     .data_i  (turn_l0_words),
@@ -142,14 +142,14 @@ module pair_mlp (
   );
 
   // Layer turn_l1: 5 to 3 tanh, 1 x 2 multipliers for 9 clocks.
-  (* keep *) reg turn_l1_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) turn_l1_rst_nq2 <= rst_ni;
+  (* keep *) reg turn_l1_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) turn_l1_rst_q2 <= ~rst_ni;
   wire turn_l1_valid;
   wire turn_l1_flag;
   wire [12:0] turn_l1_words;
   pair_turn_l1 u_turn_l1 (
     .clk_i   (clk_i),
-    .rst_ni  (turn_l1_rst_nq2),
+    .rst_i   (turn_l1_rst_q2),
     .start_i (turn_l0_start),
     .flag_i  (turn_l0_clipped),
     .vector_i(turn_l0_vector),
@@ -166,7 +166,7 @@ module pair_mlp (
     .WIDTH(13)
   ) u_turn_l1_gather (
     .clk_i   (clk_i),
-    .rst_ni  (turn_l1_rst_nq2),
+    .rst_i   (turn_l1_rst_q2),
     .valid_i (turn_l1_valid),
     .flag_i  (turn_l1_flag),
     .data_i  (turn_l1_words),
@@ -176,14 +176,14 @@ module pair_mlp (
   );
 
   // Layer turn_out: 3 to 3 linear, 1 x 1 multiplier for 9 clocks.
-  (* keep *) reg turn_out_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) turn_out_rst_nq2 <= rst_ni;
+  (* keep *) reg turn_out_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) turn_out_rst_q2 <= ~rst_ni;
   wire turn_out_valid;
   wire turn_out_flag;
   wire [19:0] turn_out_words;
   pair_turn_out u_turn_out (
     .clk_i   (clk_i),
-    .rst_ni  (turn_out_rst_nq2),
+    .rst_i   (turn_out_rst_q2),
     .start_i (turn_l1_start),
     .flag_i  (turn_l1_clipped),
     .vector_i(turn_l1_vector),
@@ -200,7 +200,7 @@ module pair_mlp (
     .WIDTH(20)
   ) u_turn_out_gather (
     .clk_i   (clk_i),
-    .rst_ni  (turn_out_rst_nq2),
+    .rst_i   (turn_out_rst_q2),
     .valid_i (turn_out_valid),
     .flag_i  (turn_out_flag),
     .data_i  (turn_out_words),
@@ -210,14 +210,14 @@ module pair_mlp (
   );
 
   // Layer size_l0: 7 to 3 relu, 1 x 2 multipliers for 12 clocks.
-  (* keep *) reg size_l0_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) size_l0_rst_nq2 <= rst_ni;
+  (* keep *) reg size_l0_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) size_l0_rst_q2 <= ~rst_ni;
   wire size_l0_valid;
   wire size_l0_flag;
   wire [17:0] size_l0_words;
   pair_size_l0 u_size_l0 (
     .clk_i   (clk_i),
-    .rst_ni  (size_l0_rst_nq2),
+    .rst_i   (size_l0_rst_q2),
     .start_i (shared_l0_start),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
@@ -227,14 +227,14 @@ module pair_mlp (
   );
 
   // Layer size_l1: 3 to 1 linear, 1 x 1 multiplier for 3 clocks.
-  (* keep *) reg size_l1_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) size_l1_rst_nq2 <= rst_ni;
+  (* keep *) reg size_l1_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) size_l1_rst_q2 <= ~rst_ni;
   wire size_l1_valid;
   wire size_l1_flag;
   wire [19:0] size_l1_words;
   pair_size_l1 u_size_l1 (
     .clk_i   (clk_i),
-    .rst_ni  (size_l1_rst_nq2),
+    .rst_i   (size_l1_rst_q2),
     .valid_i (size_l0_valid),
     .flag_i  (size_l0_flag),
     .words_i (size_l0_words),
@@ -251,7 +251,7 @@ module pair_mlp (
     .WIDTH(20)
   ) u_size_l1_gather (
     .clk_i   (clk_i),
-    .rst_ni  (size_l1_rst_nq2),
+    .rst_i   (size_l1_rst_q2),
     .valid_i (size_l1_valid),
     .flag_i  (size_l1_flag),
     .data_i  (size_l1_words),
@@ -269,14 +269,14 @@ module pair_mlp (
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg turn_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
-  (* keep *) reg turn_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) turn_rst_nq2 <= rst_ni;
+  (* keep *) reg turn_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) turn_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(61),
     .DEPTH(9)
   ) u_turn_answers (
     .clk_i       (clk_i),
-    .rst_ni      (turn_rst_nq2),
+    .rst_i       (turn_rst_q2),
     .valid_i     (turn_out_start),
     .ready_o     (unused_turn_ready),
     .data_i      ({turn_out_clipped, turn_out_vector}),
@@ -295,14 +295,14 @@ module pair_mlp (
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg size_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
-  (* keep *) reg size_rst_nq2 = 1'b0;
-  (* keep *) always @(posedge clk_i) size_rst_nq2 <= rst_ni;
+  (* keep *) reg size_rst_q2 = 1'b1;
+  (* keep *) always @(posedge clk_i) size_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(21),
     .DEPTH(9)
   ) u_size_answers (
     .clk_i       (clk_i),
-    .rst_ni      (size_rst_nq2),
+    .rst_i       (size_rst_q2),
     .valid_i     (size_l1_start),
     .ready_o     (unused_size_ready),
     .data_i      ({size_l1_clipped, size_l1_vector}),

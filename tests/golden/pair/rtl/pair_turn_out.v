@@ -14,7 +14,7 @@
 
 module pair_turn_out (
   input  wire        clk_i,
-  input  wire        rst_ni,
+  input  wire        rst_i,
   input  wire        start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [38:0] vector_i,
@@ -38,7 +38,7 @@ module pair_turn_out (
     .ADDRESS_WIDTH(4)
   ) u_replay (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .start_i  (start_i),
     .flag_i   (flag_i),
     .vector_i (vector_i),
@@ -50,9 +50,10 @@ module pair_turn_out (
     .address_o(address)
   );
 
-  // The operands keep pace with the addresses, of which each weight ROM takes a copy.
-  reg [12:0] operands_q = {13{1'b0}};
-  always @(posedge clk_i) operands_q <= operands;
+  // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
+  // another layer may read the same and stand elsewhere.
+  (* keep *) reg [12:0] operands_q = {13{1'b0}};
+  (* keep *) always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
   // the elements' own copies.
@@ -65,7 +66,7 @@ module pair_turn_out (
     .DEPTH(5)
   ) u_control (
     .clk_i (clk_i),
-    .rst_ni(rst_ni),
+    .rst_i (rst_i),
     .data_i({valid, first, last, flag}),
     .data_o({tree_valid, tree_first, tree_last, tree_flag})
   );
@@ -74,7 +75,7 @@ module pair_turn_out (
   wire sums_flag;
   hwg_group u_group (
     .clk_i  (clk_i),
-    .rst_ni (rst_ni),
+    .rst_i  (rst_i),
     .valid_i(tree_valid),
     .first_i(tree_first),
     .last_i (tree_last),
@@ -123,7 +124,7 @@ module pair_turn_out (
     .ADDRESS_WIDTH(2)
   ) u_requant (
     .clk_i    (clk_i),
-    .rst_ni   (rst_ni),
+    .rst_i    (rst_i),
     .valid_i  (sums_valid),
     .flag_i   (sums_flag),
     .sums_i   (sums),
