@@ -5,6 +5,7 @@
 //! whole pixels and know no axis that is broken at zero, hence this one.
 
 pub mod errors;
+pub mod floorplan;
 pub mod training;
 pub mod view;
 

@@ -7,6 +7,7 @@
 
 pub mod floorplan;
 pub mod netlist;
+pub mod placed;
 pub mod route;
 
 use std::fs;
@@ -50,6 +51,8 @@ pub struct Plan<'a> {
     pub timeout: Duration,
     /// How many placements run at once.
     pub jobs: usize,
+    /// Whether it is kept where the first seed puts everything.
+    pub keep_places: bool,
 }
 
 /// What came of it.
@@ -65,6 +68,8 @@ pub struct Synthesis {
     pub netlist: Sites,
     /// The placements, in the order of the seeds; none if the netlist is larger than the device.
     pub routes: Vec<Route>,
+    /// The netlist with all places of the first seed, where it was to be kept.
+    pub placed: Option<PathBuf>,
 }
 
 /// A tool that was used.
@@ -190,9 +195,12 @@ impl Plan<'_> {
                 .fold(Sites::default(), |sum, part| sum + part.sites),
             parts,
             routes: Vec::new(),
+            placed: None,
         };
         if synthesis.fits(self.device) {
             synthesis.routes = self.place_all(&nextpnr, &directory, progress)?;
+            let first = self.seeds.first().filter(|_| self.keep_places);
+            synthesis.placed = first.map(|seed| directory.join(self.placed(*seed)));
         }
         Ok(synthesis)
     }
@@ -307,16 +315,28 @@ impl Plan<'_> {
         found.into_iter().map(|(_, route)| route).collect()
     }
 
+    /// What the files of a placement are called.
+    fn label(&self, seed: u64) -> String {
+        format!("seed-{seed}-at-{}-mhz", self.sought_mhz)
+    }
+
+    fn placed(&self, seed: u64) -> String {
+        format!("{}.placed.json", self.label(seed))
+    }
+
     fn place_one(
         &self,
         nextpnr: &FoundTool,
         directory: &Path,
         seed: u64,
     ) -> Result<Route, SynthError> {
-        let label = format!("seed-{seed}-at-{}-mhz", self.sought_mhz);
+        let label = self.label(seed);
         let report = directory.join(format!("{label}.json"));
-        if !report.exists() {
+        let placed = directory.join(self.placed(seed));
+        let keeps = self.keep_places && self.seeds.first() == Some(&seed);
+        if !report.exists() || keeps && !placed.exists() {
             let part = format!("{label}.part.json");
+            let placed_part = format!("{label}.placed.part.json");
             let mut arguments = self.place.arguments.clone();
             let own = [
                 "--json",
@@ -334,6 +354,9 @@ impl Plan<'_> {
                 "--timing-allow-fail",
             ];
             arguments.extend(own.map(str::to_owned));
+            if keeps {
+                arguments.extend(["--write".to_owned(), placed_part.clone()]);
+            }
             let part = directory.join(part);
             let run = tool::run(&Invocation {
                 tool: nextpnr.name.clone(),
@@ -346,6 +369,10 @@ impl Plan<'_> {
             })?;
             if !part.exists() {
                 return Err(run.no_verdict(&nextpnr.name, "a report").into());
+            }
+            if keeps {
+                let part = directory.join(placed_part);
+                fs::rename(&part, &placed).map_err(io(&part))?;
             }
             fs::rename(&part, &report).map_err(io(&part))?;
         }

@@ -13,9 +13,11 @@ use hwgen_spec::options::{Budget, Options};
 use serde_json::{Map, json};
 
 use super::{Outcome, sites};
+use crate::destination::{Destination, Precious};
 use crate::failure::{Exit, Failure};
 use crate::output::Output;
-use crate::synth::{Plan, Synthesis, shortages};
+use crate::picture::floorplan::floorplan;
+use crate::synth::{Plan, Synthesis, placed, shortages};
 
 mod text;
 
@@ -28,6 +30,7 @@ Examples:
   hwgen synth build/<name>                             one placement, on the bundle's own device
   hwgen synth build/<name> --seeds 5 --freq 150        the median of five must reach 150 MHz
   hwgen synth build/<name> --device ecp5-45k --json
+  hwgen synth build/<name> --floorplan places.svg
 
 Exit codes: 0 done, 1 if the core does not fit or the median misses --freq, 2 if the bundle was
 changed or is made for other devices, 3 if a tool is missing, failed or ran out of time.";
@@ -52,6 +55,12 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = RangedU64ValueParser::<u64>::new().range(1..=MOST_SEEDS))]
     pub seeds: u64,
+    /// Draw where the first placement puts everything
+    #[arg(long, value_name = "F.svg")]
+    pub floorplan: Option<PathBuf>,
+    /// Replace the picture if it is there already
+    #[arg(long, requires = "floorplan")]
+    pub force: bool,
     /// How many placements at once [default: one for each core of this machine]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=256))]
     pub jobs: Option<usize>,
@@ -79,6 +88,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         Ok(real) => real.parent().map_or_else(|| real.clone(), Path::to_owned),
         Err(error) => return Err(Failure::io(&args.bundle, &error)),
     };
+    let picture = args.floorplan.as_ref().map(|path| {
+        let precious = Precious {
+            bundle: Some(&args.bundle),
+            inputs: &args.bundle.join("manifest.json"),
+            force: args.force,
+        };
+        Destination::new(path, &precious)
+    });
+    let picture = picture.transpose()?;
     let seeds: Vec<u64> = (1..=args.seeds).collect();
     let toolbox = Toolbox::new(Path::new("."));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -93,6 +111,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         cache: &parent.join(".cache").join("synth"),
         timeout: Duration::from_secs(args.timeout),
         jobs: args.jobs.unwrap_or(cores),
+        keep_places: picture.is_some(),
     };
     let line = Mutex::new(output.progress());
     let synthesis = plan.run(&|progress| {
@@ -100,6 +119,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         line.show(&progress.activity, progress.done, progress.total);
     })?;
     drop(line);
+    if let (Some(picture), Some(placed)) = (&picture, &synthesis.placed) {
+        let design = &source.design;
+        let cells = placed::read(placed, place)?;
+        let title = format!("{} on {}", design.name(), device.name);
+        let layers = design.perceptron().layers();
+        let layers: Vec<String> = layers.map(|layer| layer.quant.name.clone()).collect();
+        picture.write(floorplan(&title, &layers, &cells).as_bytes())?;
+    }
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
     let failure = judge(args, &source, device, &synthesis, speed.as_ref());

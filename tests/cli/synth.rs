@@ -69,7 +69,8 @@ fn bench(multipliers: usize, clocks: &[f64]) -> Place {
             "[ \"$1\" = --version ] && echo '(Version nextpnr-0.11)' && exit\n\
              grep -q clk_i pins.lpf || exit 9\n\
              while [ $# -gt 0 ]; do\n\
-               case $1 in --seed) seed=$2;; --report) out=$2;; esac; shift\n\
+               case $1 in --seed) seed=$2;; --report) out=$2;; --write) cp {here}/placed.json $2;; esac\n\
+               shift\n\
              done\n\
              echo $seed >> {here}/seeds\n\
              cp {here}/report-$seed.json $out"
@@ -273,4 +274,27 @@ fn multipliers_are_laid_out_in_the_order_of_the_data() {
         );
         assert_eq!(cells[name]["attributes"]["src"], "x");
     }
+}
+
+#[test]
+fn the_picture_shows_the_layers_and_replaces_nothing_unasked() {
+    let place = bench(2, &[100.0, 200.0]);
+    let cell = |kind: &str, site: &str| serde_json::json!({"type": kind, "attributes": {"NEXTPNR_BEL": site}});
+    let placed = serde_json::json!({"modules": {"tiny_shell": {"cells": {
+        "u_core.u_mlp.u_net_l0.u_pe0.g_mul[0].u_mul.u_block": cell("MULT18X18D", "X4/Y13/MULT18_0"),
+        "u_core.u_mlp.u_net_l0.operands_q_TRELLIS_FF_Q": cell("TRELLIS_FF", "X7/Y13/SLICEA.FF0"),
+    }}}});
+    place.write("placed.json", &placed.to_string());
+    // The placement that is there without its places is done again, the other one is not.
+    synth(&place, &["--seeds", "2", "--jobs", "1"]).exits(0);
+    let draw = ["--seeds", "2", "--jobs", "1", "--floorplan", "f.svg"];
+    synth(&place, &draw).exits(0);
+    assert_eq!(place.read("seeds"), "1\n2\n1\n");
+    let picture = place.read("f.svg");
+    assert!(picture.contains("tiny on ecp5-25k") && picture.contains("net_l0"));
+    let again = synth(&place, &draw);
+    again.exits(2);
+    assert!(again.stderr.contains("--force"), "{}", again.stderr);
+    synth(&place, &[&draw[..], &["--force"]].concat()).exits(0);
+    assert_eq!(place.read("seeds"), "1\n2\n1\n");
 }
