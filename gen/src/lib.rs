@@ -20,6 +20,7 @@ mod layer;
 mod library;
 mod manifest;
 mod rom;
+mod scripts;
 mod shell;
 mod source;
 mod stage;
@@ -28,9 +29,9 @@ mod top;
 
 pub use bundle::{Bundle, BundleError, File};
 pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
+pub use scripts::yosys_commands;
 pub use shell::shell;
 pub use source::Source;
-pub use top::yosys_commands;
 
 use hwgen_spec::design::{Design, Stage};
 use hwgen_spec::device::Device;

@@ -2,7 +2,6 @@
 
 use askama::Template;
 use hwgen_spec::design::{Design, Port};
-use hwgen_spec::device::Family;
 use hwgen_spec::format::QFormat;
 
 use crate::bundle::File;
@@ -56,16 +55,6 @@ struct IcarusBenchContext<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "synth.ys", syntax = "verilog")]
-struct SynthesisContext<'a> {
-    module: &'a str,
-    sources: Vec<&'a str>,
-    family: &'a str,
-    cells: &'a str,
-    synth: &'a str,
-}
-
-#[derive(Template)]
 #[template(path = "fusesoc.core", syntax = "verilog")]
 struct CoreContext<'a> {
     module: &'a str,
@@ -82,14 +71,6 @@ struct ClockContext<'a> {
 
 /// Bits of TUSER: saturated, frame error.
 pub(crate) const USER_BITS: usize = 2;
-
-/// What Yosys is told for a family: a file of black boxes, empty for none, and the command.
-pub fn yosys_commands(family: Family) -> (&'static str, &'static str) {
-    match family {
-        Family::Generic => ("", "synth"),
-        Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
-    }
-}
 
 fn purpose(design: &Design) -> String {
     let networks = &design.perceptron().networks;
@@ -208,13 +189,8 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
         sources: sources.clone(),
         models: models.iter().map(|f| f.path.as_str()).collect(),
     };
-    let family = match design.device().family {
-        Family::Generic => "generic",
-        Family::Ecp5 => "ECP5",
-    };
-    let (cells, synth) = yosys_commands(design.device().family);
     let file = |path: String, text: String| File { path, text };
-    vec![
+    let mut files = vec![
         file(format!("tb/{name}_tb.v"), finish(bench.render())),
         file(
             format!("tb/{name}_tb_icarus.v"),
@@ -224,23 +200,12 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
             "tb/sim_main.cpp".into(),
             include_str!("../../rtl/tb/sim_main.cpp").to_owned(),
         ),
-        file(
-            format!("syn/{name}.ys"),
-            finish(
-                SynthesisContext {
-                    module: name,
-                    sources,
-                    family,
-                    cells,
-                    synth,
-                }
-                .render(),
-            ),
-        ),
         file(format!("{name}.core"), finish(core.render())),
         file(
             format!("constraints/{name}.sdc"),
             finish(ClockContext { module: name }.render()),
         ),
-    ]
+    ];
+    files.extend(crate::scripts::all(name, design.device().family, &sources));
+    files
 }

@@ -1,0 +1,46 @@
+# gate: Intel Quartus Prime, all ports virtual, synthesis to timing. Not run by hwgen.
+# Run in the bundle's directory: quartus_sh -t syn/gate.quartus.tcl [DEVICE]
+load_package flow
+set device [expr {[llength $quartus(args)] > 0 ? [lindex $quartus(args) 0] : "5CSEMA5F31C6"}]
+set root [pwd]
+file mkdir build-quartus
+cd build-quartus
+project_new gate -overwrite
+set_global_assignment -name DEVICE $device
+set_global_assignment -name TOP_LEVEL_ENTITY gate
+foreach file {
+  rtl/gate.v
+  rtl/gate_mlp.v
+  rtl/gate_net_l0.v
+  rtl/gate_net_l0_bias.v
+  rtl/gate_net_l0_pe.v
+  rtl/gate_net_l0_w0.v
+  rtl/gate_net_l1.v
+  rtl/gate_net_l1_bias.v
+  rtl/gate_net_l1_pe.v
+  rtl/gate_net_l1_w0.v
+  rtl/gate_net_l1_w1.v
+  rtl/gate_tanh11.v
+  rtl/hwg_accumulator.v
+  rtl/hwg_admit.v
+  rtl/hwg_beats.v
+  rtl/hwg_delay.v
+  rtl/hwg_drain.v
+  rtl/hwg_egress.v
+  rtl/hwg_fifo.v
+  rtl/hwg_gather.v
+  rtl/hwg_group.v
+  rtl/hwg_ingress.v
+  rtl/hwg_mul.v
+  rtl/hwg_pwl.v
+  rtl/hwg_queue.v
+  rtl/hwg_replay.v
+  rtl/hwg_requant.v
+  rtl/hwg_tree_level.v
+} {
+  set_global_assignment -name VERILOG_FILE $root/$file
+}
+set_global_assignment -name SDC_FILE $root/constraints/gate.sdc
+set_instance_assignment -name VIRTUAL_PIN ON -to *
+execute_flow -compile
+project_close

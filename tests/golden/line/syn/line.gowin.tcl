@@ -1,0 +1,25 @@
+# line: Gowin EDA, synthesis to routes. Not run by hwgen.
+# Run in the bundle's directory: gw_sh syn/line.gowin.tcl
+set_device GW2A-LV18PG256C8/I7
+add_file -type verilog rtl/hwg_admit.v
+add_file -type verilog rtl/hwg_delay.v
+add_file -type verilog rtl/hwg_egress.v
+add_file -type verilog rtl/hwg_fifo.v
+add_file -type verilog rtl/hwg_gather.v
+add_file -type verilog rtl/hwg_ingress.v
+add_file -type verilog rtl/hwg_mul.v
+add_file -type verilog rtl/hwg_queue.v
+add_file -type verilog rtl/hwg_replay.v
+add_file -type verilog rtl/hwg_requant.v
+add_file -type verilog rtl/line.v
+add_file -type verilog rtl/line_mlp.v
+add_file -type verilog rtl/line_net_l0.v
+add_file -type verilog rtl/line_net_l0_bias.v
+add_file -type verilog rtl/line_net_l0_pe.v
+add_file -type verilog rtl/line_net_l0_w0.v
+add_file -type sdc constraints/line.sdc
+set_option -synthesis_tool gowinsynthesis
+set_option -top_module line
+set_option -output_base_name line
+set_option -verilog_std v2001
+run all

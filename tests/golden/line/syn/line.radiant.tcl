@@ -1,0 +1,34 @@
+# line: Lattice Radiant (Nexus), synthesis to routes. Not run by hwgen.
+# Run in the bundle's directory: radiantc syn/line.radiant.tcl
+set root [pwd]
+file mkdir build-radiant
+cd build-radiant
+prj_create -name line -impl impl_1 -dev LIFCL-40-7BG400I -performance 7_High-Performance_1.0V -synthesis synplify
+foreach file {
+  rtl/hwg_admit.v
+  rtl/hwg_delay.v
+  rtl/hwg_egress.v
+  rtl/hwg_fifo.v
+  rtl/hwg_gather.v
+  rtl/hwg_ingress.v
+  rtl/hwg_mul.v
+  rtl/hwg_queue.v
+  rtl/hwg_replay.v
+  rtl/hwg_requant.v
+  rtl/line.v
+  rtl/line_mlp.v
+  rtl/line_net_l0.v
+  rtl/line_net_l0_bias.v
+  rtl/line_net_l0_pe.v
+  rtl/line_net_l0_w0.v
+} {
+  prj_add_source $root/$file
+}
+prj_add_source $root/constraints/line.sdc
+prj_set_impl_opt -impl impl_1 top line
+prj_save
+prj_run Synthesis -impl impl_1
+prj_run Map -impl impl_1
+prj_run PAR -impl impl_1
+prj_save
+prj_close

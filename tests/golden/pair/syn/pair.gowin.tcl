@@ -1,0 +1,54 @@
+# pair: Gowin EDA, synthesis to routes. Not run by hwgen.
+# Run in the bundle's directory: gw_sh syn/pair.gowin.tcl
+set_device GW2A-LV18PG256C8/I7
+add_file -type verilog rtl/hwg_accumulator.v
+add_file -type verilog rtl/hwg_admit.v
+add_file -type verilog rtl/hwg_beats.v
+add_file -type verilog rtl/hwg_delay.v
+add_file -type verilog rtl/hwg_drain.v
+add_file -type verilog rtl/hwg_egress.v
+add_file -type verilog rtl/hwg_fifo.v
+add_file -type verilog rtl/hwg_gather.v
+add_file -type verilog rtl/hwg_group.v
+add_file -type verilog rtl/hwg_ingress.v
+add_file -type verilog rtl/hwg_mul.v
+add_file -type verilog rtl/hwg_pwl.v
+add_file -type verilog rtl/hwg_queue.v
+add_file -type verilog rtl/hwg_replay.v
+add_file -type verilog rtl/hwg_requant.v
+add_file -type verilog rtl/hwg_tree_level.v
+add_file -type verilog rtl/pair.v
+add_file -type verilog rtl/pair_mlp.v
+add_file -type verilog rtl/pair_shared_l0.v
+add_file -type verilog rtl/pair_shared_l0_bias.v
+add_file -type verilog rtl/pair_shared_l0_pe.v
+add_file -type verilog rtl/pair_shared_l0_w0.v
+add_file -type verilog rtl/pair_size_l0.v
+add_file -type verilog rtl/pair_size_l0_bias.v
+add_file -type verilog rtl/pair_size_l0_pe.v
+add_file -type verilog rtl/pair_size_l0_w0.v
+add_file -type verilog rtl/pair_size_l1.v
+add_file -type verilog rtl/pair_size_l1_bias.v
+add_file -type verilog rtl/pair_size_l1_pe.v
+add_file -type verilog rtl/pair_size_l1_w0.v
+add_file -type verilog rtl/pair_tanh12.v
+add_file -type verilog rtl/pair_turn_l0.v
+add_file -type verilog rtl/pair_turn_l0_bias.v
+add_file -type verilog rtl/pair_turn_l0_pe.v
+add_file -type verilog rtl/pair_turn_l0_w0.v
+add_file -type verilog rtl/pair_turn_l0_w1.v
+add_file -type verilog rtl/pair_turn_l0_w2.v
+add_file -type verilog rtl/pair_turn_l1.v
+add_file -type verilog rtl/pair_turn_l1_bias.v
+add_file -type verilog rtl/pair_turn_l1_pe.v
+add_file -type verilog rtl/pair_turn_l1_w0.v
+add_file -type verilog rtl/pair_turn_out.v
+add_file -type verilog rtl/pair_turn_out_bias.v
+add_file -type verilog rtl/pair_turn_out_pe.v
+add_file -type verilog rtl/pair_turn_out_w0.v
+add_file -type sdc constraints/pair.sdc
+set_option -synthesis_tool gowinsynthesis
+set_option -top_module pair
+set_option -output_base_name pair
+set_option -verilog_std v2001
+run all

@@ -1,0 +1,63 @@
+# pair: Lattice Radiant (Nexus), synthesis to routes. Not run by hwgen.
+# Run in the bundle's directory: radiantc syn/pair.radiant.tcl
+set root [pwd]
+file mkdir build-radiant
+cd build-radiant
+prj_create -name pair -impl impl_1 -dev LIFCL-40-7BG400I -performance 7_High-Performance_1.0V -synthesis synplify
+foreach file {
+  rtl/hwg_accumulator.v
+  rtl/hwg_admit.v
+  rtl/hwg_beats.v
+  rtl/hwg_delay.v
+  rtl/hwg_drain.v
+  rtl/hwg_egress.v
+  rtl/hwg_fifo.v
+  rtl/hwg_gather.v
+  rtl/hwg_group.v
+  rtl/hwg_ingress.v
+  rtl/hwg_mul.v
+  rtl/hwg_pwl.v
+  rtl/hwg_queue.v
+  rtl/hwg_replay.v
+  rtl/hwg_requant.v
+  rtl/hwg_tree_level.v
+  rtl/pair.v
+  rtl/pair_mlp.v
+  rtl/pair_shared_l0.v
+  rtl/pair_shared_l0_bias.v
+  rtl/pair_shared_l0_pe.v
+  rtl/pair_shared_l0_w0.v
+  rtl/pair_size_l0.v
+  rtl/pair_size_l0_bias.v
+  rtl/pair_size_l0_pe.v
+  rtl/pair_size_l0_w0.v
+  rtl/pair_size_l1.v
+  rtl/pair_size_l1_bias.v
+  rtl/pair_size_l1_pe.v
+  rtl/pair_size_l1_w0.v
+  rtl/pair_tanh12.v
+  rtl/pair_turn_l0.v
+  rtl/pair_turn_l0_bias.v
+  rtl/pair_turn_l0_pe.v
+  rtl/pair_turn_l0_w0.v
+  rtl/pair_turn_l0_w1.v
+  rtl/pair_turn_l0_w2.v
+  rtl/pair_turn_l1.v
+  rtl/pair_turn_l1_bias.v
+  rtl/pair_turn_l1_pe.v
+  rtl/pair_turn_l1_w0.v
+  rtl/pair_turn_out.v
+  rtl/pair_turn_out_bias.v
+  rtl/pair_turn_out_pe.v
+  rtl/pair_turn_out_w0.v
+} {
+  prj_add_source $root/$file
+}
+prj_add_source $root/constraints/pair.sdc
+prj_set_impl_opt -impl impl_1 top pair
+prj_save
+prj_run Synthesis -impl impl_1
+prj_run Map -impl impl_1
+prj_run PAR -impl impl_1
+prj_save
+prj_close
