@@ -1,5 +1,7 @@
 //! How many neurons and inputs each array takes at once.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use crate::design::{Feed, Layer, NetworkPlan, Perceptron, to_usize};
@@ -17,38 +19,137 @@ pub struct Fold {
 /// What a multiplier is worth in register bits when foldings are compared.
 const MULTIPLIER_COST: usize = 200;
 
-/// The cheapest folding of every layer that takes at most `interval` cycles a frame, or `shared`
-/// where all networks wait for it.
+/// The cheapest folding that takes at most `interval` cycles a frame, or `shared` where all networks
+/// wait for it.
+///
+/// Layers are not chosen one by one: a layer that puts out more words at once takes more activation
+/// units, and whoever takes its beats as they come as many multipliers a neuron.
 pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
-    let front = shared;
-    let mut shared: Vec<Layer> = Vec::new();
-    for layer in &net.shared {
-        let before = shared.last().map(|l| l.lanes);
-        shared.push(fold_layer(layer, before, front));
-    }
-    let before = shared.last().map(|l| l.lanes);
+    let fronts = chains(&net.shared, None, shared);
+    let plans = fronts.into_iter().map(|front| {
+        let networks = net.networks.iter().map(|network| {
+            let all = chains(&network.layers, front.lanes(), interval);
+            cheapest(all)
+        });
+        let networks: Vec<Chain> = networks.collect();
+        let cost = front.cost + networks.iter().map(|n| n.cost).sum::<usize>();
+        (cost, front, networks)
+    });
+    let (_, front, networks) = plans
+        .min_by_key(|(cost, ..)| *cost)
+        .expect("full parallelism takes one cycle");
     let networks = net
         .networks
         .iter()
-        .map(|network| {
-            let mut layers: Vec<Layer> = Vec::new();
-            for layer in &network.layers {
-                let before = layers.last().map_or(before, |l| Some(l.lanes));
-                layers.push(fold_layer(layer, before, interval));
-            }
-            NetworkPlan {
-                name: network.name.clone(),
-                layers,
-                output_names: network.output_names.clone(),
-                unit: network.unit.clone(),
-            }
-        })
-        .collect();
+        .zip(networks)
+        .map(|(network, chain)| NetworkPlan {
+            name: network.name.clone(),
+            layers: chain.layers,
+            output_names: network.output_names.clone(),
+            unit: network.unit.clone(),
+        });
     Perceptron {
-        shared,
-        networks,
+        networks: networks.collect(),
+        shared: front.layers,
         credits: 0,
     }
+}
+
+/// Layers one behind the other.
+#[derive(Clone, Debug)]
+struct Chain {
+    cost: usize,
+    /// Lanes of what is in front, if anything streams into the first layer.
+    before: Option<usize>,
+    layers: Vec<Layer>,
+}
+
+impl Chain {
+    /// Lanes of the last layer.
+    fn lanes(&self) -> Option<usize> {
+        self.layers
+            .last()
+            .map_or(self.before, |layer| Some(layer.lanes))
+    }
+
+    fn with(&self, layer: &Arc<QuantLayer>, fold: Fold, interval: usize) -> Option<Self> {
+        let layer = arrange(layer, self.lanes(), fold, interval);
+        (layer.folds() <= interval).then(|| {
+            let mut longer = self.clone();
+            longer.cost += cost(&layer);
+            longer.layers.push(layer);
+            longer
+        })
+    }
+}
+
+fn cheapest(chains: Vec<Chain>) -> Chain {
+    let least = chains.into_iter().min_by_key(|chain| chain.cost);
+    least.expect("full parallelism takes one cycle")
+}
+
+/// The cheapest foldings of some layers, one for each number of lanes that the last can have.
+///
+/// That number is all that the next layer knows of those before it, so that nothing else need be
+/// kept of them.
+fn chains(layers: &[QuantLayer], before: Option<usize>, interval: usize) -> Vec<Chain> {
+    let start = Chain {
+        cost: 0,
+        before,
+        layers: Vec::new(),
+    };
+    layers.iter().fold(vec![start], |fronts, layer| {
+        let layer = Arc::new(layer.clone());
+        let mut best: BTreeMap<Option<usize>, Chain> = BTreeMap::new();
+        let mut consider = |front: &Chain, fold: Fold| {
+            let Some(chain) = front.with(&layer, fold, interval) else {
+                return;
+            };
+            match best.entry(chain.lanes()) {
+                Entry::Vacant(entry) => {
+                    entry.insert(chain);
+                }
+                Entry::Occupied(mut entry) if chain.cost < entry.get().cost => {
+                    entry.insert(chain);
+                }
+                Entry::Occupied(_) => {}
+            }
+        };
+        // A layer that holds its whole input does not care who filled it.
+        let front = cheapest(fronts.clone());
+        for fold in foldings(&layer, interval) {
+            consider(&front, fold);
+        }
+        for front in &fronts {
+            if let Some(simd) = front.lanes() {
+                let pe = layer.outputs();
+                consider(front, Fold { pe, simd });
+            }
+        }
+        best.into_values().collect()
+    })
+}
+
+/// Foldings of a layer that hold its whole input: for each number of neuron folds the fewest inputs
+/// a cycle, and no more neurons than those folds need.
+fn foldings(layer: &QuantLayer, interval: usize) -> Vec<Fold> {
+    let (inputs, outputs) = (layer.inputs(), layer.outputs());
+    let mut foldings: Vec<Fold> = Vec::new();
+    let mut neuron_folds = 0;
+    for pe in (1..=outputs).rev() {
+        let folds = outputs.div_ceil(pe);
+        if folds > interval {
+            break;
+        }
+        if folds != neuron_folds {
+            neuron_folds = folds;
+            foldings.push(Fold {
+                pe: outputs.div_ceil(folds),
+                simd: inputs.div_ceil(interval / folds),
+            });
+        }
+    }
+    foldings
 }
 
 /// Intervals above the lower bound that are tried one by one.
@@ -120,36 +221,6 @@ fn used(net: &QuantNet, shared: u32, interval: u32, count: fn(&Layer) -> usize) 
 }
 
 /// `before`: lanes of the layer in front, if one streams into this one.
-fn fold_layer(layer: &QuantLayer, before: Option<usize>, interval: usize) -> Layer {
-    let (inputs, outputs) = (layer.inputs(), layer.outputs());
-    let layer = Arc::new(layer.clone());
-    let mut best: Option<(usize, Layer)> = None;
-    let mut consider = |pe: usize, simd: usize| {
-        let candidate = arrange(&layer, before, Fold { pe, simd }, interval);
-        let cost = cost(&candidate);
-        if candidate.folds() <= interval && best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, candidate));
-        }
-    };
-    // One candidate for each number of neuron folds, none with more neurons than those need.
-    let mut neuron_folds = 0;
-    for pe in (1..=outputs).rev() {
-        let folds = outputs.div_ceil(pe);
-        if folds > interval {
-            break;
-        }
-        if folds != neuron_folds {
-            neuron_folds = folds;
-            let pe = outputs.div_ceil(folds);
-            consider(pe, inputs.div_ceil(interval / folds));
-        }
-    }
-    if let Some(lanes) = before {
-        consider(outputs, lanes);
-    }
-    best.expect("full parallelism takes one cycle").1
-}
-
 fn arrange(layer: &Arc<QuantLayer>, before: Option<usize>, fold: Fold, interval: usize) -> Layer {
     let one_pass = fold.pe >= layer.outputs();
     let feed = if one_pass && before == Some(fold.simd) {
@@ -194,7 +265,7 @@ fn cost(layer: &Layer) -> usize {
         0
     };
     let behind = layer.lanes * 4 * sum;
-    layer.multipliers() * MULTIPLIER_COST + operands + accumulators + drain + behind
+    layer.all_multipliers() * MULTIPLIER_COST + operands + accumulators + drain + behind
 }
 
 #[cfg(test)]
@@ -204,10 +275,28 @@ mod tests {
     use crate::quantize::quantize;
     use crate::weights;
 
+    fn landing() -> QuantNet {
+        let text = include_bytes!("../../designs/landing/weights.json");
+        quantize(&weights::read(text).unwrap(), &Options::default()).unwrap()
+    }
+
+    /// Layer by layer, 45 multipliers instead of 50 would be taken at 58, and 9 activation units
+    /// instead of 5 behind them, whose 9 words take 27 multipliers in the next layer.
+    #[test]
+    fn more_time_takes_no_more_multipliers() {
+        let net = landing();
+        let used = |interval: u32| used(&net, interval, interval, Layer::all_multipliers);
+        let mut before = usize::MAX;
+        for interval in 1..300 {
+            let now = used(interval);
+            assert!(now <= before, "{interval}: {now} after {before}");
+            before = now;
+        }
+    }
+
     #[test]
     fn no_smaller_interval_fits() {
-        let text = include_bytes!("../../designs/landing/weights.json");
-        let net = quantize(&weights::read(text).unwrap(), &Options::default()).unwrap();
+        let net = landing();
         let counts: [fn(&Layer) -> usize; 2] = [Layer::multipliers, Layer::all_multipliers];
         for count in counts {
             let used = |interval: u32| used(&net, interval, interval, count);
