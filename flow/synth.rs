@@ -162,6 +162,7 @@ impl Plan<'_> {
                 &pins,
                 &self.place.arguments.join(" "),
                 &self.place.multiplier_rows.concat().join(" "),
+                floorplan::RULE,
             ])[..16],
         );
         self.lay_out(
@@ -372,6 +373,9 @@ impl Plan<'_> {
             }
             if keeps {
                 let part = directory.join(placed_part);
+                if !part.exists() {
+                    return Err(run.no_verdict(&nextpnr.name, "a placed netlist").into());
+                }
                 fs::rename(&part, &placed).map_err(io(&part))?;
             }
             fs::rename(&part, &report).map_err(io(&part))?;

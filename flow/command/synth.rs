@@ -33,7 +33,8 @@ Examples:
   hwgen synth build/<name> --floorplan places.svg
 
 Exit codes: 0 done, 1 if the core does not fit or the median misses --freq, 2 if the bundle was
-changed or is made for other devices, 3 if a tool is missing, failed or ran out of time.";
+changed or is made for other devices, or the picture may not be written there, 3 if a tool is
+missing, failed or ran out of time.";
 
 /// More seeds than anybody waits for.
 const MOST_SEEDS: u64 = 1000;
@@ -96,7 +97,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         };
         Destination::new(path, &precious)
     });
-    let picture = picture.transpose()?;
+    let picture = picture
+        .transpose()?
+        .map(|path| Ok::<_, Failure>((path.begin()?, path)));
+    let mut picture = picture.transpose()?;
     let seeds: Vec<u64> = (1..=args.seeds).collect();
     let toolbox = Toolbox::new(Path::new("."));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -119,22 +123,33 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         line.show(&progress.activity, progress.done, progress.total);
     })?;
     drop(line);
-    if let (Some(picture), Some(placed)) = (&picture, &synthesis.placed) {
+    let mut drawn = None;
+    if let (Some((mut file, path)), Some(placed)) = (picture.take(), &synthesis.placed) {
         let design = &source.design;
         let cells = placed::read(placed, place)?;
         let title = format!("{} on {}", design.name(), device.name);
         let layers = design.perceptron().layers();
         let layers: Vec<String> = layers.map(|layer| layer.quant.name.clone()).collect();
-        picture.write(floorplan(&title, &layers, &cells).as_bytes())?;
+        file.write(floorplan(&title, &layers, &cells).as_bytes())?;
+        file.keep()?;
+        drawn = Some(path.path().display().to_string());
     }
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
     let failure = judge(args, &source, device, &synthesis, speed.as_ref());
+    let mut json = facts(&source.design, device, place, &synthesis, speed.as_ref());
+    json.insert("floorplan".into(), json!(drawn));
+    let mut remarks = Vec::new();
+    match (&args.floorplan, &drawn) {
+        (Some(_), None) => remarks.push("nothing is placed, so no picture is drawn".to_owned()),
+        (_, Some(path)) => remarks.push(format!("picture in {path}")),
+        (None, None) => {}
+    }
     Ok(Outcome {
         text: text::text(&source.design, device, place, &synthesis, speed.as_ref()),
-        json: facts(&source.design, device, place, &synthesis, speed.as_ref()),
+        json,
+        remarks,
         failure,
-        ..Outcome::default()
     })
 }
 

@@ -41,10 +41,10 @@ pub fn floorplan(title: &str, layers: &[String], cells: &[PlacedCell]) -> String
         "#ffffff",
         Some(Pen::new(GREY, 1.0)),
     );
+    // What gathers a layer's words is named after it.
     let colour = |part: &str| {
-        let at = layers
-            .iter()
-            .position(|layer| part.starts_with(layer.as_str()));
+        let layer = part.strip_suffix("_gather").unwrap_or(part);
+        let at = layers.iter().position(|name| name == layer);
         at.map_or(GREY, |at| COLOURS[at % COLOURS.len()])
     };
     let corner = |(x, y): (u32, u32)| (LEFT + side * f64::from(x), TOP + side * f64::from(y));
@@ -122,6 +122,16 @@ mod tests {
         let text = floorplan("x", &layers, &cells);
         let tiles = |colour: &str| text.matches(&format!("fill=\"{colour}\" fill-op")).count();
         assert_eq!((tiles(BLUE), tiles(GREY), tiles(ORANGE)), (1, 0, 0));
+        // A name that begins like another's is another's.
+        let other = floorplan(
+            "x",
+            &["n_l1".into(), "n_l10".into()],
+            &[cell((1, 1), "n_l10", false)],
+        );
+        assert_eq!(
+            other.matches(&format!("fill=\"{BLUE}\" fill-op")).count(),
+            1
+        );
         // The multiplier and its place in the legend.
         assert_eq!(text.matches(&format!("fill=\"{ORANGE}\"")).count(), 2);
         assert_eq!(text, floorplan("x", &layers, &cells));

@@ -14,6 +14,9 @@ use serde_json::Value;
 
 use super::{SynthError, io};
 
+/// A name of what stands below: placements of another rule are other placements.
+pub const RULE: &str = "multipliers in the order of the data, 1";
+
 /// Names a site for each multiplier of a netlist, in its file.
 ///
 /// # Errors
@@ -56,8 +59,8 @@ pub fn lay_out(path: &Path, stage: &Perceptron, place: &Place) -> Result<(), Syn
     fs::write(path, text).map_err(io(path))
 }
 
-/// The multipliers in the order of the data; of networks that share layers, half are mirrored and
-/// in front of these, so that all begin near to them.
+/// The multipliers in the order of the data: half of the networks mirrored, the shared layers, the
+/// other half, so that all begin in the middle.
 fn sequence<'a>(stage: &'a Perceptron, names: &[&'a str]) -> Vec<&'a str> {
     let mut rest: BTreeSet<&str> = names.iter().copied().collect();
     let mut take = |layer: &Layer, mirrored: bool| {
@@ -139,6 +142,31 @@ mod tests {
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), 18);
         // A netlist that is too large is another's to refuse.
         assert_eq!(sites(&rows, 20).len(), 18);
+    }
+
+    #[test]
+    fn two_networks_begin_in_the_middle() {
+        let text = include_bytes!("../../designs/landing/weights.json");
+        let net = hwgen_spec::weights::read(text).unwrap();
+        let design = hwgen_spec::design::Design::new(&net, &Default::default()).unwrap();
+        let cell = |layer: &str, cell: &str| format!("u_core.u_mlp.u_{layer}.{cell}.u_mul");
+        let order = [
+            cell("position_l1", "u_pe0.g_mul[0]"),
+            cell("position_l0", "g_act[0].u_pwl"),
+            cell("position_l0", "u_pe1.g_mul[0]"),
+            cell("position_l0", "u_pe0.g_mul[1]"),
+            cell("position_l0", "u_pe0.g_mul[0]"),
+            cell("shared_l0", "u_pe0.g_mul[0]"),
+            cell("shared_l0", "u_pe0.g_mul[1]"),
+            cell("orientation_l0", "u_pe0.g_mul[0]"),
+            cell("orientation_l0", "u_pe1.g_mul[0]"),
+            cell("orientation_l0", "g_act[0].u_pwl"),
+            cell("orientation_l1", "u_pe0.g_mul[0]"),
+            "u_core.u_strange.u_mul".to_owned(),
+        ];
+        let mut names: Vec<&str> = order.iter().map(String::as_str).collect();
+        names.sort_unstable();
+        assert_eq!(sequence(design.perceptron(), &names), order);
     }
 
     #[test]

@@ -25,10 +25,14 @@ const MULTIPLIER_COST: usize = 200;
 /// Layers are not chosen one by one: a layer that puts out more words at once takes more activation
 /// units, and whoever takes its beats as they come as many multipliers a neuron.
 pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
-    let fronts = chains(&net.shared, None, shared);
+    let kept = |layers: &[QuantLayer]| -> Vec<Arc<QuantLayer>> {
+        layers.iter().cloned().map(Arc::new).collect()
+    };
+    let layers: Vec<_> = net.networks.iter().map(|n| kept(&n.layers)).collect();
+    let fronts = chains(&kept(&net.shared), None, shared);
     let plans = fronts.into_iter().map(|front| {
-        let networks = net.networks.iter().map(|network| {
-            let all = chains(&network.layers, front.lanes(), interval);
+        let networks = layers.iter().map(|layers| {
+            let all = chains(layers, front.lanes(), interval);
             cheapest(all)
         });
         let networks: Vec<Chain> = networks.collect();
@@ -92,17 +96,16 @@ fn cheapest(chains: Vec<Chain>) -> Chain {
 ///
 /// That number is all that the next layer knows of those before it, so that nothing else need be
 /// kept of them.
-fn chains(layers: &[QuantLayer], before: Option<usize>, interval: usize) -> Vec<Chain> {
+fn chains(layers: &[Arc<QuantLayer>], before: Option<usize>, interval: usize) -> Vec<Chain> {
     let start = Chain {
         cost: 0,
         before,
         layers: Vec::new(),
     };
     layers.iter().fold(vec![start], |fronts, layer| {
-        let layer = Arc::new(layer.clone());
         let mut best: BTreeMap<Option<usize>, Chain> = BTreeMap::new();
         let mut consider = |front: &Chain, fold: Fold| {
-            let Some(chain) = front.with(&layer, fold, interval) else {
+            let Some(chain) = front.with(layer, fold, interval) else {
                 return;
             };
             match best.entry(chain.lanes()) {
@@ -117,7 +120,7 @@ fn chains(layers: &[QuantLayer], before: Option<usize>, interval: usize) -> Vec<
         };
         // A layer that holds its whole input does not care who filled it.
         let front = cheapest(fronts.clone());
-        for fold in foldings(&layer, interval) {
+        for fold in foldings(layer, interval) {
             consider(&front, fold);
         }
         for front in &fronts {

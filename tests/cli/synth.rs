@@ -292,6 +292,9 @@ fn the_picture_shows_the_layers_and_replaces_nothing_unasked() {
     assert_eq!(place.read("seeds"), "1\n2\n1\n");
     let picture = place.read("f.svg");
     assert!(picture.contains("tiny on ecp5-25k") && picture.contains("net_l0"));
+    // A tile in the colour of the first layer, and the multiplier and its place in the legend.
+    assert_eq!(picture.matches("fill=\"#e69f00\" fill-opacity").count(), 1);
+    assert_eq!(picture.matches("stroke=\"#000000\"").count(), 2);
     let again = synth(&place, &draw);
     again.exits(2);
     assert!(again.stderr.contains("--force"), "{}", again.stderr);

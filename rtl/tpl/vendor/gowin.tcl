@@ -1,8 +1,9 @@
 # @{ module }@: Gowin EDA, synthesis to routes. Not run by hwgen.
-# Run in the bundle's directory: gw_sh syn/@{ module }@.gowin.tcl
+# Run in an empty directory outside of the bundle: gw_sh BUNDLE/syn/@{ module }@.gowin.tcl
+set root [file normalize [file join [file dirname [info script]] ..]]
 set_device GW2A-LV18PG256C8/I7
-@% for file in sources %@add_file -type verilog @{ file }@
-@% endfor %@add_file -type sdc constraints/@{ module }@.sdc
+@% for file in sources %@add_file -type verilog $root/@{ file }@
+@% endfor %@add_file -type sdc $root/constraints/@{ module }@.sdc
 set_option -synthesis_tool gowinsynthesis
 set_option -top_module @{ module }@
 set_option -output_base_name @{ module }@

@@ -1,12 +1,9 @@
-# @{ module }@: Intel Quartus Prime, all ports virtual, synthesis to timing. Not run by hwgen.
-# Run in the bundle's directory: quartus_sh -t syn/@{ module }@.quartus.tcl [DEVICE]
+# @{ module }@: Intel Quartus Prime, all ports but the clock virtual, synthesis to timing. Not run by hwgen.
+# Run in an empty directory outside of the bundle: quartus_sh -t BUNDLE/syn/@{ module }@.quartus.tcl [DEVICE]
 load_package flow
 set device [expr {[llength $quartus(args)] > 0 ? [lindex $quartus(args) 0] : "5CSEMA5F31C6"}]
-set root [pwd]
-file mkdir build-quartus
-cd build-quartus
-project_new @{ module }@ -overwrite
-set_global_assignment -name DEVICE $device
+set root [file normalize [file join [file dirname [info script]] ..]]
+project_new @{ module }@ -overwrite -part $device
 set_global_assignment -name TOP_LEVEL_ENTITY @{ module }@
 foreach file {
 @% for file in sources %@  @{ file }@
@@ -15,5 +12,6 @@ foreach file {
 }
 set_global_assignment -name SDC_FILE $root/constraints/@{ module }@.sdc
 set_instance_assignment -name VIRTUAL_PIN ON -to *
+set_instance_assignment -name VIRTUAL_PIN OFF -to aclk
 execute_flow -compile
 project_close

@@ -49,7 +49,6 @@ module hwg_requant #(
   reg [STAGES-1:0]          flag_q  = {STAGES{1'b0}};
 
   wire last = beat_q == LAST[ADDRESS_WIDTH-1:0];
-  wire [ADDRESS_WIDTH-1:0] beat_d = !valid_i ? beat_q : last ? {ADDRESS_WIDTH{1'b0}} : beat_q + 1'b1;
   wire keep;
   generate
     if (OUTPUT_BEATS < ARRAY_BEATS) begin : g_padding
@@ -66,7 +65,7 @@ module hwg_requant #(
       beat_q  <= {ADDRESS_WIDTH{1'b0}};
       valid_q <= {STAGES{1'b0}};
     end else begin
-      beat_q  <= beat_d;
+      if (valid_i) beat_q <= last ? {ADDRESS_WIDTH{1'b0}} : beat_q + 1'b1;
       valid_q <= {valid_q[STAGES-2:0], valid_i & keep};
     end
   end
@@ -146,14 +145,18 @@ module hwg_requant #(
     end
   endgenerate
 
-  // Copies of beat_q, each near to the entries that it reads.
+  // Each copy counts by itself, near to the entries that it reads.
   generate
     for (j = 0; j < COPIES; j = j + 1) begin : g_copy
       if (COPIES == 1) begin : g_shared
         assign address_o = beat_q;
       end else begin : g_own
         (* keep *) reg [ADDRESS_WIDTH-1:0] address_q = {ADDRESS_WIDTH{1'b0}};
-        (* keep *) always @(posedge clk_i) address_q <= rst_i ? {ADDRESS_WIDTH{1'b0}} : beat_d;
+        wire end_of_frame = address_q == LAST[ADDRESS_WIDTH-1:0];
+        (* keep *) always @(posedge clk_i) begin
+          if (rst_i)        address_q <= {ADDRESS_WIDTH{1'b0}};
+          else if (valid_i) address_q <= end_of_frame ? {ADDRESS_WIDTH{1'b0}} : address_q + 1'b1;
+        end
         assign address_o[j*ADDRESS_WIDTH +: ADDRESS_WIDTH] = address_q;
       end
     end

@@ -1,31 +1,33 @@
 # line: AMD Vivado, out of context, synthesis to routes. Not run by hwgen.
-# Run in the bundle's directory: vivado -mode batch -source syn/line.vivado.tcl [-tclargs PART]
+# Run in an empty directory outside of the bundle: vivado -mode batch -source BUNDLE/syn/line.vivado.tcl [-tclargs PART]
+set root [file normalize [file join [file dirname [info script]] ..]]
 set part [expr {$argc > 0 ? [lindex $argv 0] : "xc7a35tcpg236-1"}]
-read_verilog [list \
-  rtl/hwg_admit.v \
-  rtl/hwg_delay.v \
-  rtl/hwg_egress.v \
-  rtl/hwg_fifo.v \
-  rtl/hwg_gather.v \
-  rtl/hwg_ingress.v \
-  rtl/hwg_mul.v \
-  rtl/hwg_queue.v \
-  rtl/hwg_replay.v \
-  rtl/hwg_requant.v \
-  rtl/line.v \
-  rtl/line_mlp.v \
-  rtl/line_net_l0.v \
-  rtl/line_net_l0_bias.v \
-  rtl/line_net_l0_pe.v \
-  rtl/line_net_l0_w0.v \
-]
-read_xdc -unmanaged constraints/line.sdc
+foreach file {
+  rtl/hwg_admit.v
+  rtl/hwg_delay.v
+  rtl/hwg_egress.v
+  rtl/hwg_fifo.v
+  rtl/hwg_gather.v
+  rtl/hwg_ingress.v
+  rtl/hwg_mul.v
+  rtl/hwg_queue.v
+  rtl/hwg_replay.v
+  rtl/hwg_requant.v
+  rtl/line.v
+  rtl/line_mlp.v
+  rtl/line_net_l0.v
+  rtl/line_net_l0_bias.v
+  rtl/line_net_l0_pe.v
+  rtl/line_net_l0_w0.v
+} {
+  read_verilog $root/$file
+}
+read_xdc -unmanaged $root/constraints/line.sdc
 synth_design -top line -part $part -mode out_of_context
 opt_design
 place_design
 phys_opt_design
 route_design
-file mkdir build-vivado
-report_utilization -hierarchical -file build-vivado/utilization.txt
-report_timing_summary -file build-vivado/timing.txt
-write_checkpoint -force build-vivado/line.dcp
+report_utilization -hierarchical -file utilization.txt
+report_timing_summary -file timing.txt
+write_checkpoint -force line.dcp

@@ -1,8 +1,6 @@
 # pair: Lattice Radiant (Nexus), synthesis to routes. Not run by hwgen.
-# Run in the bundle's directory: radiantc syn/pair.radiant.tcl
-set root [pwd]
-file mkdir build-radiant
-cd build-radiant
+# Run in an empty directory outside of the bundle: radiantc BUNDLE/syn/pair.radiant.tcl
+set root [file normalize [file join [file dirname [info script]] ..]]
 prj_create -name pair -impl impl_1 -dev LIFCL-40-7BG400I -performance 7_High-Performance_1.0V -synthesis synplify
 foreach file {
   rtl/hwg_accumulator.v
