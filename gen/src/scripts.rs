@@ -19,28 +19,28 @@ struct Yosys<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "vendor/vivado.tcl", syntax = "verilog")]
+#[template(path = "vivado.tcl", syntax = "verilog")]
 struct Vivado<'a> {
     module: &'a str,
     sources: &'a [&'a str],
 }
 
 #[derive(Template)]
-#[template(path = "vendor/quartus.tcl", syntax = "verilog")]
+#[template(path = "quartus.tcl", syntax = "verilog")]
 struct Quartus<'a> {
     module: &'a str,
     sources: &'a [&'a str],
 }
 
 #[derive(Template)]
-#[template(path = "vendor/radiant.tcl", syntax = "verilog")]
+#[template(path = "radiant.tcl", syntax = "verilog")]
 struct Radiant<'a> {
     module: &'a str,
     sources: &'a [&'a str],
 }
 
 #[derive(Template)]
-#[template(path = "vendor/gowin.tcl", syntax = "verilog")]
+#[template(path = "gowin.tcl", syntax = "verilog")]
 struct Gowin<'a> {
     module: &'a str,
     sources: &'a [&'a str],

@@ -146,8 +146,9 @@ module hwg_ingress #(
       reg                         used_q2  = 1'b0;
       reg                         below_q2 = 1'b0;
       reg                         above_q2 = 1'b0;
-      // Differences of one bit more: their signs are the comparisons, at the ends of the carry chains.
       // verilator lint_off UNUSED
+      // Differences of one bit more, of which the signs alone are read: the comparisons stand at the
+      // ends of the carry chains.
       wire [LANE_WIDTH:0] value = {value_q[LANE_WIDTH-1], value_q};
       wire [LANE_WIDTH:0] under = value - {{(LANE_WIDTH-WIDTH+2){low_q[WIDTH-1]}}, low_q[WIDTH-2:0]};
       wire [LANE_WIDTH:0] over  = {{(LANE_WIDTH-WIDTH+2){high_q[WIDTH-1]}}, high_q[WIDTH-2:0]} - value;
