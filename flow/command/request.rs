@@ -33,7 +33,8 @@ pub struct Request {
     /// linear]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub weight_bits: Vec<WidthSetting>,
-    /// Bits of hidden words, of every layer or of the one named [default: 13, or 18 if linear or ReLU]
+    /// Bits of hidden words, of every layer or of the one named [default: 13, 14 in networks of
+    /// several tanh or sigmoid layers, 18 if linear or ReLU]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub activation_bits: Vec<WidthSetting>,
     /// Bits of output words [default: 24]

@@ -65,9 +65,14 @@ pub struct Args {
         conflicts_with = "resume"
     )]
     pub preset: Preset,
-    /// Hidden neurons of each network [default: 256]
-    #[arg(long, value_name = "N", conflicts_with = "resume")]
-    pub hidden: Option<usize>,
+    /// Neurons of each hidden layer of each network, layer by layer [default: 256]
+    #[arg(
+        long,
+        value_name = "N,N",
+        value_delimiter = ',',
+        conflicts_with = "resume"
+    )]
+    pub hidden: Option<Vec<usize>>,
     /// Samples, one in five of them kept back for validation [default: 40000; paper: 10000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub samples: Option<usize>,
@@ -278,7 +283,9 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
             *field = value;
         }
     };
-    set(&mut recipe.hidden, args.hidden);
+    if let Some(hidden) = &args.hidden {
+        recipe.hidden.clone_from(hidden);
+    }
     set(&mut recipe.samples, args.samples);
     set(&mut recipe.epochs, args.epochs);
     set(&mut recipe.patience, args.patience);
@@ -433,7 +440,7 @@ fn outcome(
         let cell = |loss: Option<f64>| loss.map_or("-".into(), |l| significant(mse(l)));
         rows.push(row![
             name,
-            learner.shape().hidden,
+            sizes(&learner.shape().hidden),
             learner.curve().len(),
             learner.best_epoch(),
             stopped_by(learner),
@@ -485,4 +492,10 @@ fn outcome(
         remarks: Vec::new(),
         failure: None,
     }
+}
+
+/// Neurons of the hidden layers, as they are told.
+fn sizes(hidden: &[usize]) -> String {
+    let sizes: Vec<String> = hidden.iter().map(usize::to_string).collect();
+    sizes.join(", ")
 }

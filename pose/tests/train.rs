@@ -11,147 +11,177 @@ use hwgen_spec::network::FloatNet;
 use nalgebra::{DMatrix, DVector};
 use support::landing;
 
-const SHAPE: Shape = Shape {
-    inputs: 3,
-    hidden: 5,
-    outputs: 2,
-};
+const INPUTS: usize = 3;
+const OUTPUTS: usize = 2;
+
+fn shape(hidden: &[usize]) -> Shape {
+    Shape {
+        inputs: INPUTS,
+        hidden: hidden.to_vec(),
+        outputs: OUTPUTS,
+    }
+}
+
+/// One hidden layer, and several.
+fn shapes() -> [Shape; 3] {
+    [&[5][..], &[5, 4], &[4, 3, 5]].map(shape)
+}
 
 /// Inputs that fill a cube evenly.
 fn inputs(samples: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(SHAPE.inputs, samples, |i, n| {
+    DMatrix::from_fn(INPUTS, samples, |i, n| {
         let turn = (n as f64 + 0.5) * [0.618_034, 0.414_214, 0.732_051][i];
         4.0 * turn.fract() - 2.0
     })
 }
 
-fn answers(parameters: &DVector<f64>, inputs: &DMatrix<f64>) -> DMatrix<f64> {
-    let net = Perceptron::new(SHAPE, parameters);
-    let with_one = inputs.map(|x| x as f32).insert_row(SHAPE.inputs, 1.0);
-    let words = net.hidden_words(&with_one.columns(0, inputs.ncols()));
+fn answers(shape: &Shape, parameters: &DVector<f64>, inputs: &DMatrix<f64>) -> DMatrix<f64> {
+    let net = Perceptron::new(shape, parameters);
+    let words = words(&net, inputs).pop().expect("a hidden layer");
     (net.output.transpose() * words).map(f64::from)
 }
 
+fn words(net: &Perceptron, inputs: &DMatrix<f64>) -> Vec<DMatrix<f32>> {
+    let with_one = inputs.map(|x| x as f32).insert_row(INPUTS, 1.0);
+    net.hidden_words(&with_one.columns(0, inputs.ncols()))
+}
+
 /// A network whose outputs depend on every weight.
-fn busy(seed: u64) -> DVector<f64> {
-    let mut parameters = SHAPE.random(seed);
+fn busy(shape: &Shape, seed: u64) -> DVector<f64> {
+    let mut parameters = shape.random(seed);
     for (i, p) in parameters.iter_mut().enumerate() {
         *p += ((i * 7 % 11) as f64 - 5.0) / 8.0;
     }
     parameters
 }
 
+fn weights(samples: usize) -> Vec<f64> {
+    (0..samples).map(|n| 0.5 + (n % 3) as f64).collect()
+}
+
 /// A batch of several blocks with uneven weights.
-fn batch() -> Batch {
+fn batch(shape: &Shape) -> Batch {
     let inputs = inputs(700);
-    let weights: Vec<f64> = (0..700).map(|n| 0.5 + (n % 3) as f64).collect();
-    Batch::new(&inputs, &answers(&busy(2), &inputs), &weights)
+    let targets = answers(shape, &busy(shape, 2), &inputs);
+    Batch::new(&inputs, &targets, &weights(700))
 }
 
 #[test]
 fn slopes_are_those_of_finite_differences() {
-    let batch = batch();
-    let at = busy(1);
-    let slope = batch.slope(&Perceptron::new(SHAPE, &at));
-    assert!((slope.loss - batch.loss(&Perceptron::new(SHAPE, &at))).abs() < 1e-6 * slope.loss);
-    let step: f64 = 1e-2;
-    for i in 0..at.len() {
-        let loss = |by: f64| {
-            let mut moved = at.clone();
-            moved[i] += by;
-            batch.loss(&Perceptron::new(SHAPE, &moved))
-        };
-        // Fourth order, so that the step can be large against single precision.
-        let difference = (8.0 * (loss(step) - loss(-step))
-            - (loss(2.0 * step) - loss(-2.0 * step)))
-            / (12.0 * step);
-        let error = (difference - slope.gradient[i]).abs();
-        assert!(
-            error < 2e-4 * (1.0 + difference.abs()),
-            "{i}: {difference} {}",
-            slope.gradient[i]
-        );
+    for shape in &shapes() {
+        let batch = batch(shape);
+        let at = busy(shape, 1);
+        let slope = batch.slope(&Perceptron::new(shape, &at));
+        let whole = batch.loss(&Perceptron::new(shape, &at));
+        assert!((slope.loss - whole).abs() < 1e-6 * slope.loss);
+        let step: f64 = 1e-2;
+        for i in 0..at.len() {
+            let loss = |by: f64| {
+                let mut moved = at.clone();
+                moved[i] += by;
+                batch.loss(&Perceptron::new(shape, &moved))
+            };
+            // Fourth order, so that the step can be large against single precision.
+            let difference = (8.0 * (loss(step) - loss(-step))
+                - (loss(2.0 * step) - loss(-2.0 * step)))
+                / (12.0 * step);
+            let error = (difference - slope.gradient[i]).abs();
+            assert!(
+                error < 2e-4 * (1.0 + difference.abs()),
+                "{shape:?} {i}: {difference} {}",
+                slope.gradient[i]
+            );
+        }
     }
 }
 
 #[test]
 fn bends_are_those_of_finite_differences() {
-    let inputs = inputs(700);
-    let weights: Vec<f64> = (0..700).map(|n| 0.5 + (n % 3) as f64).collect();
-    let (at, direction) = (busy(1), 0.2 * busy(2));
-    // The gradient of a batch whose errors are the second differences of the outputs.
-    let step = 0.05;
-    let here = answers(&at, &inputs);
-    let second = (answers(&(&at + &direction * step), &inputs)
-        + answers(&(&at - &direction * step), &inputs)
-        - &here * 2.0)
-        / (step * step);
-    let expected = Batch::new(&inputs, &(here - second), &weights)
-        .slope(&Perceptron::new(SHAPE, &at))
-        .gradient;
-    let found = Batch::new(&inputs, &DMatrix::zeros(SHAPE.outputs, 700), &weights).bend(
-        &Perceptron::new(SHAPE, &at),
-        &Perceptron::new(SHAPE, &direction),
-    );
-    assert!(expected.norm() > 0.01);
-    let miss = (&found - &expected).norm() / expected.norm();
-    assert!(miss < 1e-2, "{miss}");
+    for shape in &shapes() {
+        let inputs = inputs(700);
+        let (at, direction) = (busy(shape, 1), 0.2 * busy(shape, 2));
+        // The gradient of a batch whose errors are the second differences of the outputs.
+        let step = 0.05;
+        let here = answers(shape, &at, &inputs);
+        let second = (answers(shape, &(&at + &direction * step), &inputs)
+            + answers(shape, &(&at - &direction * step), &inputs)
+            - &here * 2.0)
+            / (step * step);
+        let expected = Batch::new(&inputs, &(here - second), &weights(700))
+            .slope(&Perceptron::new(shape, &at))
+            .gradient;
+        let found = Batch::new(&inputs, &DMatrix::zeros(OUTPUTS, 700), &weights(700)).bend(
+            &Perceptron::new(shape, &at),
+            &Perceptron::new(shape, &direction),
+        );
+        assert!(expected.norm() > 0.01);
+        let miss = (&found - &expected).norm() / expected.norm();
+        assert!(miss < 1e-2, "{shape:?} {miss}");
+    }
 }
 
 #[test]
 fn neurons_are_zero_at_the_first_samples() {
-    let inputs = inputs(4);
-    let batch = Batch::new(&inputs, &DMatrix::zeros(SHAPE.outputs, 4), &[1.0; 4]);
-    let mut parameters = SHAPE.random(1);
-    batch.center(SHAPE, &mut parameters);
-    let net = Perceptron::new(SHAPE, &parameters);
-    let with_one = inputs.map(|x| x as f32).insert_row(SHAPE.inputs, 1.0);
-    let words = net.hidden_words(&with_one.columns(0, 4));
-    for neuron in 0..SHAPE.hidden {
-        for sample in 0..4 {
-            let zero = words[(neuron, sample)].abs() < 1e-6;
-            assert_eq!(zero, sample == neuron % 4, "{neuron} {sample}");
+    for shape in &shapes() {
+        let inputs = inputs(4);
+        let batch = Batch::new(&inputs, &DMatrix::zeros(OUTPUTS, 4), &[1.0; 4]);
+        let mut parameters = shape.random(1);
+        batch.center(shape, &mut parameters);
+        let words = words(&Perceptron::new(shape, &parameters), &inputs);
+        let neurons = words.iter().flat_map(|layer| {
+            let neurons = layer.nrows() - 1;
+            (0..neurons).map(move |j| layer.row(j))
+        });
+        for (neuron, words) in neurons.enumerate() {
+            for (sample, word) in words.iter().enumerate() {
+                let zero = word.abs() < 1e-6;
+                assert_eq!(zero, sample == neuron % 4, "{shape:?} {neuron} {sample}");
+            }
         }
     }
 }
 
 #[test]
 fn levenberg_finds_a_network_that_gave_the_answers() {
-    let batch = batch();
-    let mut at = busy(2);
-    for (i, p) in at.iter_mut().enumerate() {
-        *p += 0.1 * ((i % 5) as f64 - 2.0);
+    for shape in &shapes() {
+        let batch = batch(shape);
+        let mut at = busy(shape, 2);
+        for (i, p) in at.iter_mut().enumerate() {
+            *p += 0.1 * ((i % 5) as f64 - 2.0);
+        }
+        let mut levenberg = Levenberg::default();
+        let first = batch.loss(&Perceptron::new(shape, &at));
+        let mut steps = 0;
+        while steps < 40 && levenberg.step(shape, &mut at, &batch, 0.0).is_some() {
+            steps += 1;
+        }
+        let last = batch.loss(&Perceptron::new(shape, &at));
+        assert!(
+            first > 1e-3 && last < 1e-10,
+            "{shape:?}: {first} to {last} in {steps} steps"
+        );
     }
-    let mut levenberg = Levenberg::default();
-    let first = batch.loss(&Perceptron::new(SHAPE, &at));
-    let mut steps = 0;
-    while steps < 40 && levenberg.step(SHAPE, &mut at, &batch, 0.0).is_some() {
-        steps += 1;
-    }
-    let last = batch.loss(&Perceptron::new(SHAPE, &at));
-    assert!(
-        first > 1e-3 && last < 1e-11,
-        "{first} to {last} in {steps} steps"
-    );
 }
 
 #[test]
 fn rprop_goes_down() {
-    let batch = batch();
-    let mut at = busy(1);
-    let mut rprop = Rprop::new(at.len());
-    let first = batch.loss(&Perceptron::new(SHAPE, &at));
-    for _ in 0..300 {
-        let slope = batch.slope(&Perceptron::new(SHAPE, &at));
-        rprop.step(&mut at, &slope.gradient);
+    for shape in &shapes() {
+        let batch = batch(shape);
+        let mut at = busy(shape, 1);
+        let mut rprop = Rprop::new(at.len());
+        let first = batch.loss(&Perceptron::new(shape, &at));
+        for _ in 0..300 {
+            let slope = batch.slope(&Perceptron::new(shape, &at));
+            rprop.step(&mut at, &slope.gradient);
+        }
+        let last = batch.loss(&Perceptron::new(shape, &at));
+        assert!(last < 1e-2 * first, "{shape:?}: {first} to {last}");
     }
-    let last = batch.loss(&Perceptron::new(SHAPE, &at));
-    assert!(last < 1e-3 * first, "{first} to {last}");
 }
 
 fn short(optimizer: Optimizer) -> Recipe {
     Recipe {
-        hidden: 16,
+        hidden: vec![16],
         samples: 3000,
         posterior_draws: 16,
         epochs: 25,
@@ -207,7 +237,7 @@ fn a_resumed_training_equals_an_uninterrupted_one() {
         let recipe = Recipe {
             samples: 500,
             epochs: 6,
-            hidden: 6,
+            hidden: vec![6, 4],
             ..short(optimizer)
         };
         let whole = finish(Training::new(&sampler, recipe.clone(), 3));
@@ -225,15 +255,16 @@ fn a_resumed_training_equals_an_uninterrupted_one() {
 #[test]
 fn a_loss_that_is_no_number_is_a_divergence() {
     for optimizer in [Optimizer::Rprop, Optimizer::Levenberg] {
+        let shape = shape(&[5]);
         let (batch, broken) = (
-            batch(),
+            batch(&shape),
             Batch::new(
                 &inputs(10),
-                &DMatrix::from_element(2, 10, f64::NAN),
+                &DMatrix::from_element(OUTPUTS, 10, f64::NAN),
                 &[1.0; 10],
             ),
         );
-        let mut learner = Learner::new(SHAPE, optimizer, 1, &batch);
+        let mut learner = Learner::new(&shape, optimizer, 1, &batch);
         let error = learner
             .epoch(&short(optimizer), &broken, &batch)
             .unwrap_err();
@@ -263,7 +294,7 @@ fn training_stops_when_the_samples_kept_back_say_so() {
     let sampler = Sampler::new(&scene, NoiseShape::Gaussian, 3).unwrap();
     // A few noisy samples: fitting them soon means fitting their noise.
     let recipe = Recipe {
-        hidden: 64,
+        hidden: vec![64],
         samples: 150,
         noise_px: vec![5.0],
         epochs: 1000,

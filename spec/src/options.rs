@@ -44,7 +44,8 @@ pub struct Options {
     /// [`DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS`].
     #[serde(default)]
     pub weight_bits: Vec<WidthSetting>,
-    /// Widths of hidden words; see [`DEFAULT_BOUNDED_BITS`] and [`DEFAULT_UNBOUNDED_BITS`].
+    /// Widths of hidden words; see [`DEFAULT_BOUNDED_BITS`], [`DEFAULT_DEEP_BOUNDED_BITS`] and
+    /// [`DEFAULT_UNBOUNDED_BITS`].
     #[serde(default)]
     pub activation_bits: Vec<WidthSetting>,
     /// Segments of the activation table; as many as keep it below two output steps if absent.
@@ -61,6 +62,9 @@ pub const DEFAULT_WEIGHT_BITS: u32 = 16;
 pub const DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS: u32 = 18;
 /// Width of the words behind tanh and sigmoid.
 pub const DEFAULT_BOUNDED_BITS: u32 = 13;
+/// The same in a network of several such layers: their few neurons carry more each, and what the
+/// first rounds off the next one magnifies.
+pub const DEFAULT_DEEP_BOUNDED_BITS: u32 = 14;
 /// Width of the words behind hidden linear and ReLU layers: the operand of most DSP blocks.
 pub const DEFAULT_UNBOUNDED_BITS: u32 = 18;
 /// Width of the output words.

@@ -10,7 +10,7 @@ use self::layer::{Quantizer, Signal};
 use crate::activation::OddTable;
 use crate::format::QFormat;
 use crate::network::{Activation, FloatLayer, FloatNet, LayerFormat};
-use crate::options::Options;
+use crate::options::{DEFAULT_BOUNDED_BITS, DEFAULT_DEEP_BOUNDED_BITS, Options};
 
 mod cut;
 mod input;
@@ -232,6 +232,7 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
     settings::check(&folded, options)?;
     let mut quantizer = Quantizer {
         options,
+        bounded_bits: folded.bounded_bits(),
         tables: BTreeMap::new(),
     };
     let mut signal = Signal::raw(net, &input);
@@ -276,6 +277,19 @@ struct Folded {
 }
 
 impl Folded {
+    /// Default width of the words behind tanh and sigmoid, the same for all layers.
+    fn bounded_bits(&self) -> u32 {
+        let hidden = |network: &Vec<FoldedLayer>| {
+            let all = self.shared.iter().chain(network).rev().skip(1);
+            all.filter(|(_, l)| l.activation.is_bounded()).count()
+        };
+        if self.networks.iter().map(hidden).max() > Some(1) {
+            DEFAULT_DEEP_BOUNDED_BITS
+        } else {
+            DEFAULT_BOUNDED_BITS
+        }
+    }
+
     /// The layers that read a shared layer's words.
     fn readers_of_shared(&self, index: usize) -> Vec<Reader<'_>> {
         match reader(&self.shared, index + 1) {

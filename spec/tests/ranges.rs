@@ -274,3 +274,21 @@ fn options_without_effect_are_refused() {
     };
     assert!(Design::new(&net(&[-1.0], &[1.0], fixed), &all).is_ok());
 }
+
+#[test]
+fn tanh_words_of_deep_networks_are_wider() {
+    let tanh = r#"{"activation": "tanh", "weights": [[1]]}"#;
+    let linear = r#"{"activation": "linear", "weights": [[1]]}"#;
+    // A last layer is none that another one magnifies.
+    for (layers, width) in [
+        (vec![tanh, linear], 13),
+        (vec![tanh, tanh], 13),
+        (vec![tanh, tanh, linear], 14),
+        (vec![tanh, linear, tanh, linear], 14),
+    ] {
+        let net = net(&[-1.0], &[1.0], &layers.join(","));
+        let design = design(&net).expect("a design");
+        let found = design.net().networks[0].layers[0].output;
+        assert_eq!(found.width(), width, "{}", layers.len());
+    }
+}

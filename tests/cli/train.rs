@@ -72,6 +72,15 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
             "--hidden: a number from 1 to 4096 expected, 0 found",
         ),
         (
+            "--hidden 1,2,3,4,5",
+            "--hidden: 1 to 4 layers expected, 5 found",
+        ),
+        (
+            "--hidden 200,200",
+            "--hidden: at most 28000 weights expected, 44203 found: Levenberg-Marquardt needs their \
+             square, --optimizer rprop does not",
+        ),
+        (
             "--samples 3",
             "--samples: a number from 100 to 10000000 expected, 3 found",
         ),
@@ -129,7 +138,7 @@ fn what_makes_no_sense_is_refused_before_anything_is_done() {
 #[test]
 fn an_interrupted_training_keeps_its_best_and_goes_on_as_if_nothing_had_happened() {
     let place = place();
-    let rest = "--hidden 8 --samples 2000 --epochs 300 --patience 300 --optimizer rprop";
+    let rest = "--hidden 8,5 --samples 2000 --epochs 300 --patience 300 --optimizer rprop";
     place
         .run(&arguments(&format!("{rest} --out whole.json")))
         .exits(0);
@@ -188,7 +197,7 @@ fn an_interrupted_training_keeps_its_best_and_goes_on_as_if_nothing_had_happened
     for damage in ["hidden", "parameters", "noise_px"] {
         let mut kept: serde_json::Value = serde_json::from_str(&whole).expect("an object");
         match damage {
-            "hidden" => kept["learners"][0]["shape"]["hidden"] = 7.into(),
+            "hidden" => kept["learners"][0]["shape"]["hidden"] = serde_json::json!([7]),
             "parameters" => kept["learners"][1]["parameters"] = serde_json::json!([1.0]),
             _ => kept["recipe"]["noise_px"] = serde_json::json!([]),
         }

@@ -27,9 +27,9 @@ pub fn landing() -> Result<Scene> {
 }
 
 /// The default recipe at a size at which a study of many trainings takes minutes.
-pub fn recipe(hidden: usize) -> Recipe {
+pub fn recipe(hidden: &[usize]) -> Recipe {
     Recipe {
-        hidden,
+        hidden: hidden.to_vec(),
         samples: 20_000,
         // Clear pixels count as much as they did when the pages were written.
         noise_half_px: 0.3,

@@ -81,7 +81,7 @@ impl Panel<'_> {
 
 pub fn study() -> Result<()> {
     let scene = landing()?;
-    let trained = train(&scene, recipe(64))?;
+    let trained = train(&scene, recipe(&[64]))?;
     let wiring = Wiring::new(&trained.net, &scene)?;
     let panel = Panel {
         scene: &scene,

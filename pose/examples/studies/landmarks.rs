@@ -43,7 +43,7 @@ pub fn study() -> Result<()> {
             ..landing.draft().clone()
         })?;
         let limit = method(&scene, Method::Bayes, &[1.0])?.remove(0);
-        let trained = train(&scene, recipe(HIDDEN))?;
+        let trained = train(&scene, recipe(&[HIDDEN]))?;
         let found = errors(&scene, &trained.net, &[1.0])?.remove(0);
         let over = |found: Option<f64>, limit: Option<f64>| {
             found

@@ -26,7 +26,7 @@ pub fn study() -> Result<()> {
             &scene,
             Recipe {
                 noise_px,
-                ..recipe(64)
+                ..recipe(&[64])
             },
         )?;
         named(

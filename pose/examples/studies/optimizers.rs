@@ -28,11 +28,14 @@ pub fn study() -> Result<()> {
     ];
     head(&columns.map(str::to_string));
     let published = Recipe {
-        hidden: 64,
+        hidden: vec![64],
         samples: 20_000,
         ..Recipe::paper()
     };
-    for (name, base) in [("preset `paper`", published), ("preset `best`", recipe(64))] {
+    for (name, base) in [
+        ("preset `paper`", published),
+        ("preset `best`", recipe(&[64])),
+    ] {
         for (optimizer, epochs) in [
             (Optimizer::Rprop, 300),
             (Optimizer::Rprop, 3000),

@@ -34,7 +34,7 @@ pub fn study() -> Result<()> {
         for wanted in methods {
             cells.push(cell(&method(&scene, wanted, &[1.0])?[0]));
         }
-        let trained = train(&scene, recipe(64))?;
+        let trained = train(&scene, recipe(&[64]))?;
         cells.push(cell(&errors(&scene, &trained.net, &[1.0])?[0]));
         named(format!("{depth_m}"), cells);
     }

@@ -71,12 +71,12 @@ pub struct Diverged {
 
 impl Learner {
     /// A network with random weights that is to learn from a batch.
-    pub fn new(shape: Shape, optimizer: Optimizer, seed: u64, train: &Batch) -> Self {
+    pub fn new(shape: &Shape, optimizer: Optimizer, seed: u64, train: &Batch) -> Self {
         let mut parameters = shape.random(seed);
         train.center(shape, &mut parameters);
         let parameters = parameters.as_slice().to_vec();
         Self {
-            shape,
+            shape: shape.clone(),
             state: match optimizer {
                 Optimizer::Rprop => State::Rprop(Rprop::new(parameters.len())),
                 Optimizer::Levenberg => State::Levenberg(Levenberg::default()),
@@ -90,22 +90,22 @@ impl Learner {
     }
 
     /// Whether all parts of a learner that was read are those of a shape.
-    pub fn fits(&self, shape: Shape) -> bool {
+    pub fn fits(&self, shape: &Shape) -> bool {
         let count = shape.parameters();
         let state = match &self.state {
             State::Rprop(rprop) => rprop.fits(count),
             State::Levenberg(_) => true,
         };
         state
-            && self.shape == shape
+            && self.shape == *shape
             && self.parameters.len() == count
             && self.best.len() == count
             && self.best_epoch <= self.curve.len()
     }
 
     /// Shape of the network.
-    pub fn shape(&self) -> Shape {
-        self.shape
+    pub fn shape(&self) -> &Shape {
+        &self.shape
     }
 
     /// Why the training ended, if it did.
@@ -149,13 +149,13 @@ impl Learner {
         let mut parameters = DVector::from_column_slice(&self.parameters);
         let loss = match &mut self.state {
             State::Rprop(rprop) => {
-                let slope = train.slope(&Perceptron::new(self.shape, &parameters));
+                let slope = train.slope(&Perceptron::new(&self.shape, &parameters));
                 let gradient = slope.gradient + &parameters * recipe.weight_decay;
                 rprop.step(&mut parameters, &gradient);
                 slope.loss
             }
             State::Levenberg(levenberg) => {
-                match levenberg.step(self.shape, &mut parameters, train, recipe.weight_decay) {
+                match levenberg.step(&self.shape, &mut parameters, train, recipe.weight_decay) {
                     Some(loss) => loss - 0.5 * recipe.weight_decay * parameters.norm_squared(),
                     None => {
                         self.stop = Some(Stop::Minimum);
@@ -166,7 +166,7 @@ impl Learner {
         };
         let losses = Losses {
             train: loss,
-            validation: validation.loss(&Perceptron::new(self.shape, &parameters)),
+            validation: validation.loss(&Perceptron::new(&self.shape, &parameters)),
         };
         self.parameters.copy_from_slice(parameters.as_slice());
         self.note(losses)?;

@@ -1,4 +1,4 @@
-//! Levenberg and Marquardt's method for a perceptron with one hidden layer.
+//! Levenberg and Marquardt's method for perceptrons.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -55,7 +55,7 @@ impl Levenberg {
     /// The loss is that of the batch plus half the decay times the parameters' square.
     pub fn step(
         &mut self,
-        shape: Shape,
+        shape: &Shape,
         parameters: &mut DVector<f64>,
         batch: &Batch,
         decay: f64,
@@ -110,7 +110,7 @@ impl Levenberg {
 
 /// Steps from where one led, with the same factor of the normal matrix, as long as they lead down.
 fn further(
-    shape: Shape,
+    shape: &Shape,
     parameters: &mut DVector<f64>,
     batch: &Batch,
     decay: f64,

@@ -1,215 +1,108 @@
-//! The normal matrix of a perceptron with one hidden layer: the mean of `w J'J` over a batch.
-//!
-//! The derivative of output `k` by the weight from input `i` to hidden neuron `j` is
-//! `v_kj d_j x_i`, with `d = 1 - a^2` the slope of tanh. Two such weights meet in
-//! `(sum_k v_kj v_kl) (sum_s w d_j d_l x_i x_m)`, where the second sum stays the same if `i` and
-//! `m` change places, or `j` and `l`. So a quarter of them is all that must be summed over the
-//! samples, which is where nearly all the time of a training goes.
+//! The normal matrix of a perceptron: the mean of `w J'J` over a batch, with `J` the derivatives of
+//! the outputs by every parameter.
 
-use std::ops::Range;
+mod one_layer;
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use rayon::prelude::*;
 
-use super::perceptron::{Batch, Perceptron, Shape, output_part};
+use super::perceptron::{Batch, Perceptron, Shape};
 
 /// Samples that are summed in single precision, before they join a sum in double precision.
 const CHUNK: usize = 1024;
 
-/// Neurons of a tile: small enough to leave out most of what symmetry gives, large enough for
-/// products of matrices to be fast.
-const TILE: usize = 64;
+/// Columns of the matrix that are summed at once.
+const TILE: usize = 128;
 
 /// Lower triangle of the mean of `w J'J` over the batch.
 pub(super) fn normal_matrix(
-    shape: Shape,
+    shape: &Shape,
     parameters: &DVector<f64>,
     net: &Perceptron,
     batch: &Batch,
 ) -> DMatrix<f64> {
-    let sums = Sums::over(shape, net, batch);
-    let split = shape.hidden_parameters();
-    let (hidden, words) = (shape.hidden, shape.hidden + 1);
-    let output: Vec<_> = (0..shape.outputs)
-        .map(|k| output_part(shape, parameters, k))
-        .collect();
-    // sum over the outputs of v_kj v_kj'
-    let influence = DMatrix::from_fn(hidden, hidden, |j, l| {
-        output.iter().map(|v| v[j] * v[l]).sum::<f64>()
-    });
+    match shape.hidden.len() {
+        1 => one_layer::normal_matrix(shape, parameters, net, batch),
+        _ => any_layers(shape, net, batch),
+    }
+}
+
+/// The same for any number of layers, from the derivatives themselves.
+///
+/// Chunks are summed in order, whatever the number of threads.
+fn any_layers(shape: &Shape, net: &Perceptron, batch: &Batch) -> DMatrix<f64> {
     let size = shape.parameters();
+    let mut tiles: Vec<DMatrix<f64>> = (0..size)
+        .step_by(TILE)
+        .map(|first| DMatrix::zeros(size - first, TILE.min(size - first)))
+        .collect();
+    // A sample has a row for each output.
+    let samples = CHUNK / shape.outputs.min(CHUNK);
+    for first in (0..batch.len()).step_by(samples) {
+        let across = derivatives(shape, net, batch, first, samples.min(batch.len() - first));
+        let down = across.transpose();
+        tiles.par_iter_mut().enumerate().for_each(|(at, tile)| {
+            let first = at * TILE;
+            let left = down.rows(first, tile.nrows());
+            let right = across.columns(first, tile.ncols());
+            add_product(tile, &left, &right);
+        });
+    }
     let mut normal = DMatrix::zeros(size, size);
-    let columns = normal.as_mut_slice()[..split * size].par_chunks_mut(size);
-    columns.enumerate().for_each(|(at, column)| {
-        let (i, l) = (at / hidden, at % hidden);
-        let (by_hidden, by_output) = column.split_at_mut(split);
-        for m in i..=shape.inputs {
-            for j in 0..hidden {
-                by_hidden[m * hidden + j] = influence[(j, l)] * sums.of_slopes(i, m, j, l);
-            }
-        }
-        let with_words = sums.of_slope_and_words(i, l);
-        for (part, v) in by_output.chunks_mut(words).zip(&output) {
-            for (entry, sum) in part.iter_mut().zip(with_words.iter()) {
-                *entry = v[l] * sum;
-            }
-        }
-    });
-    for k in 0..shape.outputs {
-        let row = split + k * words;
-        normal
-            .view_mut((row, row), (words, words))
-            .copy_from(&sums.words);
+    for (at, tile) in tiles.into_iter().enumerate() {
+        let first = at * TILE;
+        let mut view = normal.view_mut((first, first), tile.shape());
+        view.copy_from(&(tile / batch.len() as f64));
     }
     normal
 }
 
-/// What the samples have to be summed to, each a mean.
-struct Sums {
-    shape: Shape,
-    /// First by input, then by tile of neurons.
-    tiles: Vec<Tile>,
-    /// `w a_j a_l`, the constant one being the last of the words.
-    words: DMatrix<f64>,
-}
-
-/// The sums of one input, and the inputs from it on, for some neurons.
-struct Tile {
-    input: usize,
-    neurons: Range<usize>,
-    /// `w d_j x_i x_m d_l`, neurons `l` up to the last of the tile.
-    ///
-    /// # Shape
-    /// `[inputs m from i on, in each the tile's neurons][neurons l]`
-    slopes: DMatrix<f64>,
-    /// `w a_l x_i d_j`
-    ///
-    /// # Shape
-    /// `[hidden words and one][the tile's neurons]`
-    words: DMatrix<f64>,
-}
-
-/// What a chunk of samples has in each sum, already with the root of its weight.
-struct Chunk<'a> {
-    /// # Shape
-    /// `[inputs + 1][samples]`
-    inputs: DMatrixView<'a, f32>,
-    /// # Shape
-    /// `[hidden][samples]`
-    slopes: DMatrix<f32>,
-    /// # Shape
-    /// `[samples][hidden]`
-    slopes_across: DMatrix<f32>,
-    /// # Shape
-    /// `[hidden + 1][samples]`
-    words: DMatrix<f32>,
-}
-
-impl Sums {
-    /// Chunks are summed in order, whatever the number of threads.
-    fn over(shape: Shape, net: &Perceptron, batch: &Batch) -> Self {
-        let words = shape.hidden + 1;
-        let tile = |input: usize, first: usize| {
-            let neurons = first..(first + TILE).min(shape.hidden);
-            let rows = (shape.inputs + 1 - input) * neurons.len();
-            Tile {
-                input,
-                slopes: DMatrix::zeros(rows, neurons.end),
-                words: DMatrix::zeros(words, neurons.len()),
-                neurons,
+/// Derivatives of the outputs by every parameter, times the root of the sample's weight.
+///
+/// # Shape
+/// `[outputs, in each the samples][parameters]`
+fn derivatives(
+    shape: &Shape,
+    net: &Perceptron,
+    batch: &Batch,
+    first: usize,
+    count: usize,
+) -> DMatrix<f32> {
+    let inputs = batch.inputs(first, count);
+    let words = net.hidden_words(&inputs);
+    let mut all = DMatrix::zeros(shape.outputs * count, shape.parameters());
+    for output in 0..shape.outputs {
+        let rows = output * count;
+        let mut by_reader = DMatrix::from_fn(shape.outputs, count, |k, s| {
+            if k == output {
+                batch.weight(first + s).sqrt()
+            } else {
+                0.0
             }
-        };
-        let mut sums = Self {
-            shape,
-            tiles: (0..=shape.inputs)
-                .flat_map(|i| (0..shape.hidden).step_by(TILE).map(move |j| tile(i, j)))
-                .collect(),
-            words: DMatrix::zeros(words, words),
-        };
-        for first in (0..batch.len()).step_by(CHUNK) {
-            let chunk = Chunk::new(net, batch, first, CHUNK.min(batch.len() - first));
-            rayon::join(
-                || {
-                    let across = chunk.words.transpose();
-                    add_product(&mut sums.words, &chunk.words.as_view(), &across.as_view());
-                },
-                || sums.tiles.par_iter_mut().for_each(|tile| tile.add(&chunk)),
-            );
+        });
+        let weight = by_reader.row(output).transpose();
+        let last = words.last().expect("a hidden layer");
+        let column = shape.hidden_parameters() + output * shape.last_words();
+        for (word, row) in last.row_iter().enumerate() {
+            let mut part = all.view_mut((rows, column + word), (count, 1));
+            part.zip_zip_apply(&row.transpose(), &weight, |d, a, w| *d = a * w);
         }
-        let samples = batch.len() as f64;
-        sums.words /= samples;
-        for tile in &mut sums.tiles {
-            tile.slopes /= samples;
-            tile.words /= samples;
-        }
-        sums
-    }
-
-    fn tile(&self, input: usize, neuron: usize) -> &Tile {
-        &self.tiles[input * self.shape.hidden.div_ceil(TILE) + neuron / TILE]
-    }
-
-    /// Mean of `w d_j d_l x_i x_m`, with `i` no more than `m`.
-    fn of_slopes(&self, i: usize, m: usize, j: usize, l: usize) -> f64 {
-        let (j, l) = (j.max(l), j.min(l));
-        let tile = self.tile(i, j);
-        let row = (m - i) * tile.neurons.len() + j - tile.neurons.start;
-        tile.slopes[(row, l)]
-    }
-
-    /// Means of `w x_i d_l a`.
-    fn of_slope_and_words(&self, i: usize, l: usize) -> DMatrixView<'_, f64> {
-        let tile = self.tile(i, l);
-        let column = l - tile.neurons.start;
-        tile.words.columns(column, 1)
-    }
-}
-
-impl<'a> Chunk<'a> {
-    fn new(net: &Perceptron, batch: &'a Batch, first: usize, count: usize) -> Self {
-        let inputs = batch.inputs(first, count);
-        let mut words = net.hidden_words(&inputs);
-        let hidden = words.nrows() - 1;
-        let mut slopes = DMatrix::zeros(hidden, count);
-        let samples = words.column_iter_mut().zip(slopes.column_iter_mut());
-        for (sample, (mut words, mut slopes)) in samples.enumerate() {
-            let weight = batch.weight(first + sample).sqrt();
-            for (d, a) in slopes.as_mut_slice().iter_mut().zip(words.as_slice()) {
-                *d = weight * (1.0 - a * a);
-            }
-            words *= weight;
-        }
-        Self {
-            inputs,
-            slopes_across: slopes.transpose(),
-            slopes,
-            words,
-        }
-    }
-}
-
-impl Tile {
-    fn add(&mut self, chunk: &Chunk<'_>) {
-        let (count, height) = (chunk.inputs.ncols(), self.neurons.len());
-        let mut rows = DMatrix::<f32>::zeros(self.slopes.nrows(), count);
-        for (sample, mut column) in rows.column_iter_mut().enumerate() {
-            let inputs = &chunk.inputs.column(sample);
-            let slopes = chunk.slopes.column(sample);
-            let slopes = &slopes.as_slice()[self.neurons.clone()];
-            let parts = column.as_mut_slice().chunks_mut(height);
-            for (part, x) in parts.zip(&inputs.as_slice()[self.input..]) {
-                let factor = inputs[self.input] * x;
-                for (entry, d) in part.iter_mut().zip(slopes) {
-                    *entry = factor * d;
+        let mut end = shape.hidden_parameters();
+        for (layer, weights) in net.hidden.iter().enumerate().rev() {
+            by_reader = net.back_to(layer, &by_reader, &words[layer]);
+            let by_neuron = by_reader.transpose();
+            let from = layer.checked_sub(1).map_or(inputs, |l| words[l].as_view());
+            end -= weights.len();
+            for (input, row) in from.row_iter().enumerate() {
+                let column = end + input * weights.nrows();
+                let mut part = all.view_mut((rows, column), by_neuron.shape());
+                for (mut part, by_neuron) in part.column_iter_mut().zip(by_neuron.column_iter()) {
+                    part.zip_zip_apply(&by_neuron, &row.transpose(), |d, b, a| *d = a * b);
                 }
             }
         }
-        let across = chunk.slopes_across.columns(0, self.neurons.end);
-        add_product(&mut self.slopes, &rows.as_view(), &across.as_view());
-        // The last input is the constant one, so its rows are the slopes times the tile's input.
-        let by_input = rows.rows(rows.nrows() - height, height).transpose();
-        add_product(&mut self.words, &chunk.words.as_view(), &by_input.as_view());
     }
+    all
 }
 
 /// Adds a product that is made in single precision.
@@ -223,64 +116,86 @@ fn add_product(sum: &mut DMatrix<f64>, left: &DMatrixView<'_, f32>, right: &DMat
 mod tests {
     use super::*;
 
-    /// More neurons than a tile has, and more samples than a chunk.
-    const SHAPE: Shape = Shape {
-        inputs: 3,
-        hidden: TILE + 6,
-        outputs: 2,
-    };
+    const INPUTS: usize = 3;
+    const OUTPUTS: usize = 2;
+
+    /// More samples than a chunk has.
+    const SAMPLES: usize = CHUNK + 76;
+
+    fn pattern(rows: usize, step: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(rows, SAMPLES, |i, s| {
+            ((i * 7 + s * step) % 101) as f64 / 50.0 - 1.0
+        })
+    }
+
+    /// The outputs' derivatives by every parameter at one sample, by differences.
+    fn derivatives_by_differences(
+        shape: &Shape,
+        at: &DVector<f64>,
+        input: &DVector<f64>,
+    ) -> DMatrix<f64> {
+        let outputs = |at: &DVector<f64>| {
+            let mut words = input.clone();
+            let mut first = 0;
+            for (neurons, inputs) in shape.hidden_layers() {
+                let part = &at.as_slice()[first..first + neurons * inputs];
+                first += part.len();
+                words = (DMatrix::from_column_slice(neurons, inputs, part) * words.push(1.0))
+                    .map(f64::tanh);
+            }
+            let last = &at.as_slice()[first..];
+            DMatrix::from_column_slice(shape.last_words(), OUTPUTS, last).transpose()
+                * words.push(1.0)
+        };
+        let step = 1e-5;
+        let columns: Vec<_> = (0..at.len())
+            .map(|i| {
+                let (mut above, mut below) = (at.clone(), at.clone());
+                above[i] += step;
+                below[i] -= step;
+                (outputs(&above) - outputs(&below)) / (2.0 * step)
+            })
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
 
     #[test]
     fn equals_the_sum_over_the_samples() {
-        let samples = CHUNK + 76;
-        let of = |rows, step: usize| {
-            DMatrix::from_fn(rows, samples, |i, s| {
-                ((i * 7 + s * step) % 101) as f64 / 50.0 - 1.0
-            })
-        };
-        let (inputs, targets) = (of(SHAPE.inputs, 37), of(SHAPE.outputs, 53));
-        let weights: Vec<f64> = (0..samples).map(|s| 0.5 + (s % 3) as f64 * 0.5).collect();
-        let mean = weights.iter().sum::<f64>() / samples as f64;
-        let batch = Batch::new(&inputs, &targets, &weights);
-        let mut parameters = SHAPE.random(1);
-        let split = SHAPE.hidden_parameters();
-        for (at, v) in parameters.as_mut_slice()[split..].iter_mut().enumerate() {
-            *v = (at % 13) as f64 / 13.0 - 0.4;
-        }
-        let net = Perceptron::new(SHAPE, &parameters);
-
-        let mut expected = DMatrix::<f64>::zeros(SHAPE.parameters(), SHAPE.parameters());
-        for (s, weight) in weights.iter().enumerate() {
-            let x = inputs.column(s).push(1.0);
-            let hidden = DMatrix::from_column_slice(
-                SHAPE.hidden,
-                SHAPE.inputs + 1,
-                &parameters.as_slice()[..split],
-            );
-            let a = (hidden * &x).map(f64::tanh);
-            let with_one = a.push(1.0);
-            for k in 0..SHAPE.outputs {
-                let v = output_part(SHAPE, &parameters, k);
-                let mut derivative = DVector::<f64>::zeros(SHAPE.parameters());
-                for i in 0..=SHAPE.inputs {
-                    for j in 0..SHAPE.hidden {
-                        derivative[i * SHAPE.hidden + j] = v[j] * (1.0 - a[j] * a[j]) * x[i];
-                    }
-                }
-                let words = SHAPE.hidden + 1;
-                derivative
-                    .rows_mut(split + k * words, words)
-                    .copy_from(&with_one);
-                let scale = weight / (mean * samples as f64);
-                expected.ger(scale, &derivative, &derivative, 1.0);
+        // More neurons than a tile of one layer has, more parameters than one of several.
+        for hidden in [&[70][..], &[9, 8], &[4, 5, 6]] {
+            let shape = Shape {
+                inputs: INPUTS,
+                hidden: hidden.to_vec(),
+                outputs: OUTPUTS,
+            };
+            let (inputs, targets) = (pattern(INPUTS, 37), pattern(OUTPUTS, 53));
+            let weights: Vec<f64> = (0..SAMPLES).map(|s| 0.5 + (s % 3) as f64 * 0.5).collect();
+            let mean = weights.iter().sum::<f64>() / SAMPLES as f64;
+            let batch = Batch::new(&inputs, &targets, &weights);
+            let mut parameters = shape.random(1);
+            let split = shape.hidden_parameters();
+            for (at, v) in parameters.as_mut_slice()[split..].iter_mut().enumerate() {
+                *v = (at % 13) as f64 / 13.0 - 0.4;
             }
-        }
-        let found = normal_matrix(SHAPE, &parameters, &net, &batch);
-        let largest = expected.amax();
-        for column in 0..SHAPE.parameters() {
-            for row in column..SHAPE.parameters() {
-                let miss = (found[(row, column)] - expected[(row, column)]).abs();
-                assert!(miss < 1e-5 * largest, "({row}, {column}): {miss}");
+            let net = Perceptron::new(&shape, &parameters);
+
+            let size = shape.parameters();
+            let mut expected = DMatrix::<f64>::zeros(size, size);
+            for (s, weight) in weights.iter().enumerate() {
+                let input = inputs.column(s).into_owned();
+                let by = derivatives_by_differences(&shape, &parameters, &input);
+                expected.gemm_tr(weight / (mean * SAMPLES as f64), &by, &by, 1.0);
+            }
+            let found = normal_matrix(&shape, &parameters, &net, &batch);
+            let largest = expected.amax();
+            for column in 0..size {
+                for row in column..size {
+                    let miss = (found[(row, column)] - expected[(row, column)]).abs();
+                    assert!(
+                        miss < 1e-5 * largest,
+                        "{hidden:?} ({row}, {column}): {miss}"
+                    );
+                }
             }
         }
     }

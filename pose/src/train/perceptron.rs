@@ -1,6 +1,6 @@
-//! The perceptron that is trained: one hidden layer of tanh neurons and a linear output layer.
+//! The perceptron that is trained: layers of tanh neurons and a linear output layer.
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorView};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -9,35 +9,54 @@ use rayon::prelude::*;
 use super::tanh::tanh;
 
 /// How many inputs, hidden neurons and outputs a perceptron has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Shape {
     /// Inputs, the constant one not counted.
     pub inputs: usize,
-    /// Hidden neurons.
-    pub hidden: usize,
+    /// Neurons of each hidden layer, one layer or more.
+    pub hidden: Vec<usize>,
     /// Outputs.
     pub outputs: usize,
 }
 
+/// Mean square of a hidden word whose argument has unit variance.
+const MEAN_SQUARE_WORD: f64 = 0.4;
+
 impl Shape {
-    /// Number of weights and biases of the hidden layer.
-    pub fn hidden_parameters(self) -> usize {
-        self.hidden * (self.inputs + 1)
+    /// Neurons and inputs of each hidden layer, the constant one among the inputs.
+    pub fn hidden_layers(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let fan_in = std::iter::once(&self.inputs).chain(&self.hidden);
+        self.hidden.iter().zip(fan_in).map(|(n, i)| (*n, i + 1))
+    }
+
+    /// Number of weights and biases of the hidden layers.
+    pub fn hidden_parameters(&self) -> usize {
+        self.hidden_layers().map(|(n, i)| n * i).sum()
+    }
+
+    /// Words that the output layer reads, the constant one among them.
+    pub fn last_words(&self) -> usize {
+        self.hidden.last().expect("a hidden layer") + 1
     }
 
     /// Number of all weights and biases.
-    pub fn parameters(self) -> usize {
-        self.hidden_parameters() + self.outputs * (self.hidden + 1)
+    pub fn parameters(&self) -> usize {
+        self.hidden_parameters() + self.outputs * self.last_words()
     }
 
     /// Random weights: normal, so that a hidden neuron's argument has unit variance on inputs of
     /// unit variance; the outputs start at zero.
-    pub fn random(self, seed: u64) -> DVector<f64> {
+    pub fn random(&self, seed: u64) -> DVector<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let spread = 1.0 / (self.inputs as f64).sqrt();
         let mut parameters = DVector::zeros(self.parameters());
-        for weight in parameters.rows_mut(0, self.hidden_parameters()).iter_mut() {
-            *weight = spread * rng.sample::<f64, _>(rand_distr::StandardNormal);
+        let (mut at, mut mean_square) = (0, 1.0);
+        for (neurons, inputs) in self.hidden_layers() {
+            let spread = 1.0 / ((inputs - 1) as f64 * mean_square).sqrt();
+            for weight in parameters.rows_mut(at, neurons * inputs).iter_mut() {
+                *weight = spread * rng.sample::<f64, _>(rand_distr::StandardNormal);
+            }
+            at += neurons * inputs;
+            mean_square = MEAN_SQUARE_WORD;
         }
         parameters
     }
@@ -45,50 +64,74 @@ impl Shape {
 
 /// Weights as single-precision matrices, the form in which they meet the samples.
 ///
-/// All parameters in one vector stand in this order: the hidden matrix column by column, then the
-/// transposed output matrix column by column.
+/// All parameters in one vector stand in this order: the hidden matrices one after the other, each
+/// column by column, then the transposed output matrix column by column.
 #[derive(Clone, Debug)]
 pub struct Perceptron {
     /// # Shape
-    /// `[hidden][inputs + 1]`, the bias last.
-    pub hidden: DMatrix<f32>,
+    /// `[neurons][inputs + 1]` each, the bias last.
+    pub hidden: Vec<DMatrix<f32>>,
     /// # Shape
-    /// `[hidden + 1][outputs]`, the bias last.
+    /// `[neurons of the last hidden layer + 1][outputs]`, the bias last.
     pub output: DMatrix<f32>,
 }
 
 impl Perceptron {
     /// The perceptron of a parameter vector.
-    pub fn new(shape: Shape, parameters: &DVector<f64>) -> Self {
-        let split = shape.hidden_parameters();
-        let narrow =
-            |from: usize, to: usize| parameters.as_slice()[from..to].iter().map(|p| *p as f32);
+    pub fn new(shape: &Shape, parameters: &DVector<f64>) -> Self {
+        let mut rest = parameters.iter().map(|p| *p as f32);
+        let mut matrix = |rows, columns| {
+            DMatrix::from_iterator(rows, columns, rest.by_ref().take(rows * columns))
+        };
         Self {
-            hidden: DMatrix::from_iterator(shape.hidden, shape.inputs + 1, narrow(0, split)),
-            output: DMatrix::from_iterator(
-                shape.hidden + 1,
-                shape.outputs,
-                narrow(split, shape.parameters()),
-            ),
+            hidden: shape.hidden_layers().map(|(n, i)| matrix(n, i)).collect(),
+            output: matrix(shape.last_words(), shape.outputs),
         }
     }
 
-    /// Hidden words of a block of samples with a row of ones below.
+    /// Words of each hidden layer for a block of samples, with a row of ones below.
     ///
     /// # Shape
-    /// `inputs`: `[inputs + 1][samples]`; result: `[hidden + 1][samples]`
-    pub fn hidden_words(&self, inputs: &nalgebra::DMatrixView<'_, f32>) -> DMatrix<f32> {
-        let hidden = self.hidden.nrows();
-        let mut words = DMatrix::from_element(hidden + 1, inputs.ncols(), 1.0);
-        words
-            .rows_mut(0, hidden)
-            .gemm(1.0, &self.hidden, inputs, 0.0);
-        for mut column in words.column_iter_mut() {
-            for word in &mut column.as_mut_slice()[..hidden] {
-                *word = tanh(*word);
+    /// `inputs`: `[inputs + 1][samples]`; result: `[neurons + 1][samples]` each
+    pub fn hidden_words(&self, inputs: &DMatrixView<'_, f32>) -> Vec<DMatrix<f32>> {
+        let mut layers: Vec<DMatrix<f32>> = Vec::with_capacity(self.hidden.len());
+        for weights in &self.hidden {
+            let neurons = weights.nrows();
+            let mut words = DMatrix::from_element(neurons + 1, inputs.ncols(), 1.0);
+            let from = layers.last().map_or(*inputs, |words| words.as_view());
+            words.rows_mut(0, neurons).gemm(1.0, weights, &from, 0.0);
+            for mut column in words.column_iter_mut() {
+                for word in &mut column.as_mut_slice()[..neurons] {
+                    *word = tanh(*word);
+                }
+            }
+            layers.push(words);
+        }
+        layers
+    }
+
+    /// Derivatives by the arguments of a layer's neurons, from those by the arguments of the layer
+    /// that reads them, or by the outputs for the last.
+    ///
+    /// # Shape
+    /// `by_reader`: `[readers][samples]`, `words`: the layer's, result: `[neurons][samples]`
+    pub(super) fn back_to(
+        &self,
+        layer: usize,
+        by_reader: &DMatrix<f32>,
+        words: &DMatrix<f32>,
+    ) -> DMatrix<f32> {
+        let neurons = self.hidden[layer].nrows();
+        let mut back = match self.hidden.get(layer + 1) {
+            Some(reader) => reader.columns(0, neurons).transpose() * by_reader,
+            None => self.output.rows(0, neurons) * by_reader,
+        };
+        for (mut back, words) in back.column_iter_mut().zip(words.column_iter()) {
+            for (back, word) in back.as_mut_slice().iter_mut().zip(words.as_slice()) {
+                *back *= 1.0 - word * word;
             }
         }
-        words
+        back
     }
 }
 
@@ -149,20 +192,26 @@ impl Batch {
         self.len() == 0
     }
 
-    /// Moves the biases of the hidden layer so that neuron `j` is zero at sample `j`: all neurons
-    /// then bend where there are samples.
-    pub fn center(&self, shape: Shape, parameters: &mut DVector<f64>) {
-        let mut hidden = nalgebra::DMatrixViewMut::from_slice(
-            &mut parameters.as_mut_slice()[..shape.hidden_parameters()],
-            shape.hidden,
-            shape.inputs + 1,
-        );
-        for j in 0..shape.hidden {
-            let sample = self.inputs.column(j % self.len());
-            let argument: f64 = (0..shape.inputs)
-                .map(|i| hidden[(j, i)] * f64::from(sample[i]))
-                .sum();
-            hidden[(j, shape.inputs)] = -argument;
+    /// Moves the biases of the hidden layers so that neuron `j`, counted through all of them, is
+    /// zero at sample `j`: all neurons then bend where there are samples.
+    pub fn center(&self, shape: &Shape, parameters: &mut DVector<f64>) {
+        let (mut at, mut neuron) = (0, 0);
+        for (layer, (neurons, inputs)) in shape.hidden_layers().enumerate() {
+            // What a layer reads does not depend on its own biases.
+            let net = Perceptron::new(shape, parameters);
+            for j in 0..neurons {
+                let sample = self.inputs((neuron + j) % self.len(), 1);
+                let words = net.hidden_words(&sample);
+                let from = layer.checked_sub(1).map_or(sample, |l| words[l].as_view());
+                let weights = &mut parameters.as_mut_slice()[at..at + neurons * inputs];
+                let mut weights = DMatrixViewMut::from_slice(weights, neurons, inputs);
+                let argument: f64 = (0..inputs - 1)
+                    .map(|i| weights[(j, i)] * f64::from(from[i]))
+                    .sum();
+                weights[(j, inputs - 1)] = -argument;
+            }
+            at += neurons * inputs;
+            neuron += neurons;
         }
     }
 
@@ -175,7 +224,7 @@ impl Batch {
     }
 
     /// Inputs of a range of samples.
-    pub(super) fn inputs(&self, first: usize, count: usize) -> nalgebra::DMatrixView<'_, f32> {
+    pub(super) fn inputs(&self, first: usize, count: usize) -> DMatrixView<'_, f32> {
         self.inputs.columns(first, count)
     }
 
@@ -185,7 +234,13 @@ impl Batch {
     }
 
     /// Errors of a block, outputs less targets.
-    fn errors(&self, net: &Perceptron, words: &DMatrix<f32>, first: usize) -> DMatrix<f32> {
+    pub(super) fn errors(
+        &self,
+        net: &Perceptron,
+        words: &[DMatrix<f32>],
+        first: usize,
+    ) -> DMatrix<f32> {
+        let words = words.last().expect("a hidden layer");
         let mut errors = self.targets.columns(first, words.ncols()).into_owned();
         // A few long dot products: too few rows for a product of matrices to be fast.
         errors.gemm_tr(1.0, &net.output, words, -1.0);
@@ -254,53 +309,48 @@ impl Batch {
     fn propagate_back(
         &self,
         net: &Perceptron,
-        words: &DMatrix<f32>,
+        words: &[DMatrix<f32>],
         errors: &DMatrix<f32>,
         first: usize,
     ) -> DVector<f32> {
-        let (hidden, fan_in) = net.hidden.shape();
-        let count = errors.ncols();
-        let mut gradient = DVector::zeros(hidden * fan_in + net.output.len());
-        let (by_hidden, by_output) = gradient.as_mut_slice().split_at_mut(hidden * fan_in);
-        let mut by_output =
-            nalgebra::DMatrixViewMut::from_slice(by_output, hidden + 1, net.output.ncols());
-        by_output.gemm(1.0, words, &errors.transpose(), 0.0);
-        // Back through the output layer and the slope of tanh.
-        let mut back = DMatrix::zeros(hidden, count);
-        back.gemm(1.0, &net.output.rows(0, hidden), errors, 0.0);
-        for (mut back, words) in back.column_iter_mut().zip(words.column_iter()) {
-            let words = words.as_slice();
-            for (back, word) in back.as_mut_slice().iter_mut().zip(words) {
-                *back *= 1.0 - word * word;
+        let hidden: usize = net.hidden.iter().map(|weights| weights.len()).sum();
+        let mut gradient = DVector::zeros(hidden + net.output.len());
+        let (mut rest, by_output) = gradient.as_mut_slice().split_at_mut(hidden);
+        let (rows, columns) = net.output.shape();
+        let mut by_output = DMatrixViewMut::from_slice(by_output, rows, columns);
+        by_output.gemm(
+            1.0,
+            words.last().expect("a layer"),
+            &errors.transpose(),
+            0.0,
+        );
+        let mut back = errors.clone_owned();
+        for (layer, weights) in net.hidden.iter().enumerate().rev() {
+            back = net.back_to(layer, &back, &words[layer]);
+            let (before, part) = rest.split_at_mut(rest.len() - weights.len());
+            rest = before;
+            let mut part = DMatrixViewMut::from_slice(part, weights.nrows(), weights.ncols());
+            match layer.checked_sub(1) {
+                None => {
+                    let inputs = self.inputs_transposed.rows(first, errors.ncols());
+                    part.gemm(1.0, &back, &inputs, 0.0);
+                }
+                Some(below) => part.gemm(1.0, &back, &words[below].transpose(), 0.0),
             }
         }
-        let mut by_hidden = nalgebra::DMatrixViewMut::from_slice(by_hidden, hidden, fan_in);
-        by_hidden.gemm(1.0, &back, &self.inputs_transposed.rows(first, count), 0.0);
         gradient
     }
 
     /// Weighted mean of `J'f''`, with `f''` the second derivative of the outputs when the
     /// parameters move along a direction, itself given as a perceptron.
     pub fn bend(&self, net: &Perceptron, direction: &Perceptron) -> DVector<f64> {
-        let hidden = net.hidden.nrows();
         let parts: Vec<DVector<f32>> = self
             .blocks(BLOCK)
             .into_par_iter()
             .map(|(first, count)| {
                 let inputs = self.inputs(first, count);
                 let words = net.hidden_words(&inputs);
-                let moved = &direction.hidden * inputs;
-                // First and second derivative of the hidden words.
-                let slope = moved.zip_map(&words.rows(0, hidden), |m, a| m * (1.0 - a * a));
-                let mut second = slope.clone();
-                second.zip_zip_apply(&moved, &words.rows(0, hidden), |s, m, a| *s *= -2.0 * a * m);
-                let mut bend = net.output.rows(0, hidden).transpose() * second;
-                bend.gemm(
-                    2.0,
-                    &direction.output.rows(0, hidden).transpose(),
-                    &slope,
-                    1.0,
-                );
+                let mut bend = second_derivative(net, direction, &inputs, &words);
                 self.weigh(&mut bend, first);
                 self.propagate_back(net, &words, &bend, first)
             })
@@ -313,12 +363,50 @@ impl Batch {
     }
 }
 
-/// The part of a parameter vector that belongs to output `k`, and that of the hidden layer.
-pub(super) fn output_part(
-    shape: Shape,
-    parameters: &DVector<f64>,
+/// Second derivative of the outputs when the parameters move along a direction.
+///
+/// # Shape
+/// `[outputs][samples]`
+fn second_derivative(
+    net: &Perceptron,
+    direction: &Perceptron,
+    inputs: &DMatrixView<'_, f32>,
+    words: &[DMatrix<f32>],
+) -> DMatrix<f32> {
+    // First and second derivative of the words below, which the inputs do not have.
+    let mut below: Option<(DMatrix<f32>, DMatrix<f32>)> = None;
+    for (layer, (weights, moved)) in net.hidden.iter().zip(&direction.hidden).enumerate() {
+        let from = layer.checked_sub(1).map_or(*inputs, |l| words[l].as_view());
+        let mut first = moved * from;
+        let mut second = DMatrix::zeros(first.nrows(), first.ncols());
+        if let Some((slope, curve)) = &below {
+            let fan_in = slope.nrows();
+            first.gemm(1.0, &weights.columns(0, fan_in), slope, 1.0);
+            second.gemm(2.0, &moved.columns(0, fan_in), slope, 0.0);
+            second.gemm(1.0, &weights.columns(0, fan_in), curve, 1.0);
+        }
+        // tanh' = 1 - a^2, tanh'' = -2 a (1 - a^2)
+        let words = words[layer].rows(0, weights.nrows());
+        second.zip_zip_apply(&first, &words, |s, f, a| {
+            *s = (1.0 - a * a) * (*s - 2.0 * a * f * f);
+        });
+        first.zip_apply(&words, |f, a| *f *= 1.0 - a * a);
+        below = Some((first, second));
+    }
+    let (slope, curve) = below.expect("a hidden layer");
+    let rows = slope.nrows();
+    let mut bend = net.output.rows(0, rows).transpose() * curve;
+    let moved = direction.output.rows(0, rows).transpose();
+    bend.gemm(2.0, &moved, &slope, 1.0);
+    bend
+}
+
+/// The part of a parameter vector that belongs to output `k`: first its weights, then its bias.
+pub(super) fn output_part<'a>(
+    shape: &Shape,
+    parameters: &'a DVector<f64>,
     k: usize,
-) -> DVectorView<'_, f64> {
-    let size = shape.hidden + 1;
+) -> DVectorView<'a, f64> {
+    let size = shape.last_words();
     parameters.rows(shape.hidden_parameters() + k * size, size)
 }

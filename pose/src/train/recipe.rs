@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::data::MOST_FEATURES;
+use super::perceptron::Shape;
+
 /// How the weights are sought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -36,8 +39,8 @@ pub enum Target {
 /// A training, but for the scene and the seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// Hidden neurons of each network.
-    pub hidden: usize,
+    /// Neurons of each hidden layer of each network.
+    pub hidden: Vec<usize>,
     /// Samples, those of the validation set among them.
     pub samples: usize,
     /// Noise of the samples, one level after the other; a level that stands there twice is twice
@@ -70,8 +73,15 @@ pub struct Recipe {
 /// Every fifth sample validates, as in the method.
 pub const VALIDATION_EVERY: usize = 5;
 
-/// Most hidden neurons.
+/// Most neurons of a hidden layer.
 pub const MAX_HIDDEN: usize = 4096;
+
+/// Most hidden layers.
+pub const MAX_HIDDEN_LAYERS: usize = 4;
+
+/// Most weights and biases of a network that Levenberg-Marquardt seeks: the normal matrix and its
+/// factor have their square, 6.4 GB each.
+pub const MAX_LEVENBERG: usize = 28_000;
 
 /// Most samples: what 24 GB hold with room to spare.
 pub const MAX_SAMPLES: usize = 10_000_000;
@@ -97,7 +107,7 @@ impl Recipe {
     /// weight decay, a fifth for validation and early stopping.
     pub fn paper() -> Self {
         Self {
-            hidden: 256,
+            hidden: vec![256],
             samples: 10_000,
             noise_px: vec![0.0],
             optimizer: Optimizer::Rprop,
@@ -116,7 +126,7 @@ impl Recipe {
     /// target, second-order steps.
     pub fn best() -> Self {
         Self {
-            hidden: 256,
+            hidden: vec![256],
             samples: 40_000,
             noise_px: vec![
                 0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 3.0, 5.0,
@@ -174,10 +184,34 @@ impl Recipe {
                 })
             }
         };
-        count("hidden", self.hidden, 1, MAX_HIDDEN)?;
+        let layers = self.hidden.len();
+        if !(1..=MAX_HIDDEN_LAYERS).contains(&layers) {
+            return Err(RecipeError {
+                field: "hidden",
+                reason: format!("1 to {MAX_HIDDEN_LAYERS} layers expected, {layers} found"),
+            });
+        }
+        for neurons in &self.hidden {
+            count("hidden", *neurons, 1, MAX_HIDDEN)?;
+        }
         count("samples", self.samples, 100, MAX_SAMPLES)?;
         count("epochs", self.epochs, 1, MAX_EPOCHS)?;
         count("patience", self.patience, 1, MAX_EPOCHS)?;
+        let parameters = Shape {
+            inputs: MOST_FEATURES,
+            hidden: self.hidden.clone(),
+            outputs: 3,
+        }
+        .parameters();
+        if self.optimizer == Optimizer::Levenberg && parameters > MAX_LEVENBERG {
+            return Err(RecipeError {
+                field: "hidden",
+                reason: format!(
+                    "at most {MAX_LEVENBERG} weights expected, {parameters} found: \
+                     Levenberg-Marquardt needs their square, --optimizer rprop does not"
+                ),
+            });
+        }
         if self.noise_px.is_empty() {
             return Err(RecipeError {
                 field: "noise",

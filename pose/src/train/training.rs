@@ -55,7 +55,7 @@ pub enum BadCheckpoint {
     Recipe(#[from] RecipeError),
     /// A network is not the one that scene and recipe lead to.
     #[error(
-        "learners[{network}]: a network of {} inputs and {} neurons with its state expected, \
+        "learners[{network}]: a network of {} inputs and {:?} neurons with its state expected, \
          another found",
         shape.inputs,
         shape.hidden
@@ -94,7 +94,7 @@ impl<'a> Training<'a> {
         let shape = shape(&conditioning, &recipe);
         let learners = [0, 1].map(|k| {
             let seed = seed.wrapping_add(k as u64);
-            Learner::new(shape, recipe.optimizer, seed, &tasks[k].train)
+            Learner::new(&shape, recipe.optimizer, seed, &tasks[k].train)
         });
         Self {
             scene: sampler.scene(),
@@ -116,7 +116,7 @@ impl<'a> Training<'a> {
         checkpoint.recipe.check()?;
         let (conditioning, tasks) = prepare(sampler, &checkpoint.recipe, checkpoint.seed);
         let shape = shape(&conditioning, &checkpoint.recipe);
-        let strange = |learner: &Learner| !learner.fits(shape);
+        let strange = |learner: &Learner| !learner.fits(&shape);
         if let Some(network) = checkpoint.learners.iter().position(strange) {
             return Err(BadCheckpoint::Learner { network, shape });
         }
@@ -203,31 +203,33 @@ impl<'a> Training<'a> {
         let (name, outputs, unit) = NETWORKS[k];
         let learner = &self.checkpoint.learners[k];
         let (shape, parameters) = (learner.shape(), learner.best());
-        let (hidden, inputs) = (shape.hidden, shape.inputs);
-        let all = DMatrix::from_column_slice(
-            hidden,
-            inputs + 1,
-            &parameters.as_slice()[..shape.hidden_parameters()],
-        );
-        let first = FloatLayer {
-            activation: Activation::Tanh,
-            weights: all.columns(0, inputs).into_owned(),
-            bias: all.column(inputs).as_slice().to_vec(),
-            format: LayerFormat::default(),
-        };
+        let mut layers = Vec::new();
+        let mut at = 0;
+        for (neurons, inputs) in shape.hidden_layers() {
+            let part = &parameters.as_slice()[at..at + neurons * inputs];
+            at += part.len();
+            let all = DMatrix::from_column_slice(neurons, inputs, part);
+            layers.push(FloatLayer {
+                activation: Activation::Tanh,
+                weights: all.columns(0, inputs - 1).into_owned(),
+                bias: all.column(inputs - 1).as_slice().to_vec(),
+                format: LayerFormat::default(),
+            });
+        }
         let rows: Vec<_> = (0..shape.outputs)
             .map(|o| output_part(shape, &parameters, o))
             .collect();
-        let last = FloatLayer {
+        let last = shape.last_words() - 1;
+        layers.push(FloatLayer {
             activation: Activation::Linear,
-            weights: DMatrix::from_fn(shape.outputs, hidden, |o, j| rows[o][j]),
-            bias: rows.iter().map(|row| row[hidden]).collect(),
+            weights: DMatrix::from_fn(shape.outputs, last, |o, j| rows[o][j]),
+            bias: rows.iter().map(|row| row[last]).collect(),
             format: LayerFormat::default(),
-        };
+        });
         let task = &self.tasks[k];
         Network {
             name: name.into(),
-            layers: vec![first, last],
+            layers,
             outputs: Outputs {
                 names: outputs.map(str::to_string).to_vec(),
                 unit: unit.into(),
@@ -241,7 +243,7 @@ impl<'a> Training<'a> {
 fn shape(conditioning: &Conditioning, recipe: &Recipe) -> Shape {
     Shape {
         inputs: conditioning.matrix.nrows(),
-        hidden: recipe.hidden,
+        hidden: recipe.hidden.clone(),
         outputs: 3,
     }
 }

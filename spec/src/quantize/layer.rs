@@ -11,8 +11,8 @@ use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
 use crate::format::{QFormat, Rounding, half, signed_width};
 use crate::network::{Activation, FloatLayer, FloatNet};
 use crate::options::{
-    DEFAULT_BOUNDED_BITS, DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS, DEFAULT_OUTPUT_BITS,
-    DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
+    DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS, DEFAULT_OUTPUT_BITS, DEFAULT_UNBOUNDED_BITS,
+    DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
 };
 
 /// The greatest magnitude of an unbounded word over its typical one.
@@ -51,6 +51,8 @@ impl Signal {
 /// Quantizes layers one after the other, sharing activation tables.
 pub(super) struct Quantizer<'a> {
     pub(super) options: &'a Options,
+    /// Width of the words behind tanh and sigmoid that nobody sets.
+    pub(super) bounded_bits: u32,
     pub(super) tables: BTreeMap<u32, Arc<OddTable>>,
 }
 
@@ -221,7 +223,7 @@ impl Quantizer<'_> {
             Activation::Tanh | Activation::Sigmoid => {
                 let fraction = self.table_fraction(name, layer)?;
                 let halving = halving(layer);
-                let bits = asked.unwrap_or(DEFAULT_BOUNDED_BITS);
+                let bits = asked.unwrap_or(self.bounded_bits);
                 let output = match given {
                     Some(format) if format.integer() < 0 => {
                         return Err(bounded_width(name, layer, bits));
@@ -292,7 +294,7 @@ impl Quantizer<'_> {
     /// Fraction bits of the table of a tanh or sigmoid layer.
     fn table_fraction(&self, name: &str, layer: &FloatLayer) -> Result<u32, QuantizeError> {
         let asked = width_of(&self.options.activation_bits, name);
-        let bits = asked.unwrap_or(DEFAULT_BOUNDED_BITS);
+        let bits = asked.unwrap_or(self.bounded_bits);
         let given = layer.format.activations;
         let fraction = given.map_or(bits.cast_signed() - 1, QFormat::fraction) - halving(layer);
         u32::try_from(fraction)

@@ -112,7 +112,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) turn_l0_rst_q2 <= ~rst_ni;
   wire turn_l0_valid;
   wire turn_l0_flag;
-  wire [12:0] turn_l0_words;
+  wire [13:0] turn_l0_words;
   pair_turn_l0 u_turn_l0 (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
@@ -125,11 +125,11 @@ module pair_mlp (
   );
   wire turn_l0_start;
   wire turn_l0_clipped;
-  wire [64:0] turn_l0_vector;
+  wire [69:0] turn_l0_vector;
   hwg_gather #(
     .WORDS(5),
     .LANES(1),
-    .WIDTH(13)
+    .WIDTH(14)
   ) u_turn_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
@@ -146,7 +146,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) turn_l1_rst_q2 <= ~rst_ni;
   wire turn_l1_valid;
   wire turn_l1_flag;
-  wire [12:0] turn_l1_words;
+  wire [13:0] turn_l1_words;
   pair_turn_l1 u_turn_l1 (
     .clk_i   (clk_i),
     .rst_i   (turn_l1_rst_q2),
@@ -159,11 +159,11 @@ module pair_mlp (
   );
   wire turn_l1_start;
   wire turn_l1_clipped;
-  wire [38:0] turn_l1_vector;
+  wire [41:0] turn_l1_vector;
   hwg_gather #(
     .WORDS(3),
     .LANES(1),
-    .WIDTH(13)
+    .WIDTH(14)
   ) u_turn_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l1_rst_q2),

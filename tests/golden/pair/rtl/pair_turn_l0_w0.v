@@ -36,13 +36,13 @@ module pair_turn_l0_w0 (
       4'd4 : data_q <= 9'h05a;  // neuron 0, input 4
       4'd5 : data_q <= 9'h114;  // neuron 0, input 5
       4'd6 : data_q <= 9'h17c;  // neuron 0, input 6
-      4'd7 : data_q <= 9'h1f0;  // neuron 3, input 0
-      4'd8 : data_q <= 9'h00f;  // neuron 3, input 1
-      4'd9 : data_q <= 9'h00e;  // neuron 3, input 2
-      4'd10: data_q <= 9'h1f2;  // neuron 3, input 3
-      4'd11: data_q <= 9'h1ed;  // neuron 3, input 4
-      4'd12: data_q <= 9'h00b;  // neuron 3, input 5
-      4'd13: data_q <= 9'h006;  // neuron 3, input 6
+      4'd7 : data_q <= 9'h1df;  // neuron 3, input 0
+      4'd8 : data_q <= 9'h01f;  // neuron 3, input 1
+      4'd9 : data_q <= 9'h01b;  // neuron 3, input 2
+      4'd10: data_q <= 9'h1e4;  // neuron 3, input 3
+      4'd11: data_q <= 9'h1db;  // neuron 3, input 4
+      4'd12: data_q <= 9'h016;  // neuron 3, input 5
+      4'd13: data_q <= 9'h00d;  // neuron 3, input 6
       default: data_q <= 9'h0;
     endcase
   end

@@ -36,13 +36,13 @@ module pair_turn_l0_w1 (
       4'd4 : data_q <= 9'h0b9;  // neuron 1, input 4
       4'd5 : data_q <= 9'h1ff;  // neuron 1, input 5
       4'd6 : data_q <= 9'h154;  // neuron 1, input 6
-      4'd7 : data_q <= 9'h006;  // neuron 4, input 0
-      4'd8 : data_q <= 9'h1fb;  // neuron 4, input 1
-      4'd9 : data_q <= 9'h1fa;  // neuron 4, input 2
-      4'd10: data_q <= 9'h001;  // neuron 4, input 3
-      4'd11: data_q <= 9'h008;  // neuron 4, input 4
-      4'd12: data_q <= 9'h1ff;  // neuron 4, input 5
-      4'd13: data_q <= 9'h1fe;  // neuron 4, input 6
+      4'd7 : data_q <= 9'h00c;  // neuron 4, input 0
+      4'd8 : data_q <= 9'h1f7;  // neuron 4, input 1
+      4'd9 : data_q <= 9'h1f4;  // neuron 4, input 2
+      4'd10: data_q <= 9'h002;  // neuron 4, input 3
+      4'd11: data_q <= 9'h010;  // neuron 4, input 4
+      4'd12: data_q <= 9'h1fe;  // neuron 4, input 5
+      4'd13: data_q <= 9'h1fc;  // neuron 4, input 6
       default: data_q <= 9'h0;
     endcase
   end

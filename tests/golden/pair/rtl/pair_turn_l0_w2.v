@@ -29,13 +29,13 @@ module pair_turn_l0_w2 (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_q2)
-      4'd0 : data_q <= 9'h048;  // neuron 2, input 0
-      4'd1 : data_q <= 9'h181;  // neuron 2, input 1
-      4'd2 : data_q <= 9'h04c;  // neuron 2, input 2
-      4'd3 : data_q <= 9'h1cb;  // neuron 2, input 3
-      4'd4 : data_q <= 9'h1a1;  // neuron 2, input 4
-      4'd5 : data_q <= 9'h1b8;  // neuron 2, input 5
-      4'd6 : data_q <= 9'h1f3;  // neuron 2, input 6
+      4'd0 : data_q <= 9'h090;  // neuron 2, input 0
+      4'd1 : data_q <= 9'h102;  // neuron 2, input 1
+      4'd2 : data_q <= 9'h098;  // neuron 2, input 2
+      4'd3 : data_q <= 9'h196;  // neuron 2, input 3
+      4'd4 : data_q <= 9'h143;  // neuron 2, input 4
+      4'd5 : data_q <= 9'h170;  // neuron 2, input 5
+      4'd6 : data_q <= 9'h1e6;  // neuron 2, input 6
       4'd7 : data_q <= 9'h000;  // padding
       4'd8 : data_q <= 9'h000;  // padding
       4'd9 : data_q <= 9'h000;  // padding

@@ -2,10 +2,10 @@
 // pair_turn_l1_pe: one neuron at a time of layer turn_l1, 2 inputs a clock.
 //
 // Function:  sum_o = sum of operand * weight, accumulated over a group of clocks.
-// Format:    operands Q0.12, weights Q0.8,
-//            products 22 bits, sums 23 bits, all exact.
+// Format:    operands Q0.13, weights Q0.8,
+//            products 23 bits, sums 24 bits, all exact.
 // Latency:   7 clocks from operands to sum_o; weights come two clocks after their operands.
-// Overflow:  impossible: 23 bits hold the sum of the weights' magnitudes times the operand's
+// Overflow:  impossible: 24 bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
 // Model:     hwgen: sim/src/model/array.rs, Array
@@ -16,14 +16,14 @@ module pair_turn_l1_pe (
   input  wire        clk_i,
   input  wire        enable_i,  // a clock before the foot of the tree
   input  wire        first_i,
-  input  wire [25:0] operands_i,
+  input  wire [27:0] operands_i,
   input  wire [17:0] weights_i,
-  output wire [22:0] sum_o
+  output wire [23:0] sum_o
 );
   // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
   // tools look for at the register and others at the process, all elements share one.
-  (* keep *) reg [25:0] operands_q = {26{1'b0}};
-  (* keep *) reg [25:0] operands_q2 = {26{1'b0}};
+  (* keep *) reg [27:0] operands_q = {28{1'b0}};
+  (* keep *) reg [27:0] operands_q2 = {28{1'b0}};
   (* keep *) reg enable_q = 1'b0;
   (* keep *) reg first_q = 1'b0;
   (* keep *) always @(posedge clk_i) begin
@@ -33,28 +33,28 @@ module pair_turn_l1_pe (
     first_q     <= first_i;
   end
 
-  wire [43:0] products;
+  wire [45:0] products;
 
   genvar i;
   generate
     for (i = 0; i < 2; i = i + 1) begin : g_mul
       hwg_mul #(
-        .A_WIDTH(13),
+        .A_WIDTH(14),
         .B_WIDTH(9)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_q2[i*13 +: 13]),
+        .a_i  (operands_q2[i*14 +: 14]),
         .b_i  (weights_i[i*9 +: 9]),
-        .p_o  (products[i*22 +: 22])
+        .p_o  (products[i*23 +: 23])
       );
     end
   endgenerate
 
-  wire [22:0] level1;
+  wire [23:0] level1;
   hwg_tree_level #(
     .INPUTS   (2),
-    .WIDTH    (22),
-    .SUM_WIDTH(23)
+    .WIDTH    (23),
+    .SUM_WIDTH(24)
   ) u_level1 (
     .clk_i  (clk_i),
     .words_i(products),
@@ -62,8 +62,8 @@ module pair_turn_l1_pe (
   );
 
   hwg_accumulator #(
-    .WIDTH    (23),
-    .SUM_WIDTH(23)
+    .WIDTH    (24),
+    .SUM_WIDTH(24)
   ) u_acc (
     .clk_i   (clk_i),
     .enable_i(enable_q),

@@ -4,7 +4,7 @@
 // Function:  y = linear(W x + b): 1 neuron x 1 input a clock, 9 clocks a frame;
 //            the vector is held and offered 3 times, once for each group of neurons.
 //            A sum takes 3 clocks and is kept in an accumulator.
-// Format:    x Q0.12, W Q2.6, y Q1.18 (20 bits).
+// Format:    x Q0.13, W Q2.6, y Q1.18 (20 bits).
 // Latency:   7 clocks from an operand to its sum, 5 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q1.18 raises flag_o.
 // Reset:     control bits only.
@@ -17,7 +17,7 @@ module pair_turn_out (
   input  wire        rst_i,
   input  wire        start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
-  input  wire [38:0] vector_i,
+  input  wire [41:0] vector_i,
   output wire        valid_o,
   output wire        flag_o,
   output wire [19:0] words_o
@@ -27,12 +27,12 @@ module pair_turn_out (
   wire first;
   wire last;
   wire flag;
-  wire [12:0] operands;
+  wire [13:0] operands;
   wire [3:0] address;
   hwg_replay #(
     .WORDS        (3),
     .SIMD         (1),
-    .WIDTH        (13),
+    .WIDTH        (14),
     .SYNAPSE_FOLDS(3),
     .NEURON_FOLDS (3),
     .ADDRESS_WIDTH(4)
@@ -52,7 +52,7 @@ module pair_turn_out (
 
   // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
   // another layer may read the same and stand elsewhere.
-  (* keep *) reg [12:0] operands_q = {13{1'b0}};
+  (* keep *) reg [13:0] operands_q = {14{1'b0}};
   (* keep *) always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
@@ -85,7 +85,7 @@ module pair_turn_out (
   );
 
   // The array: neuron 1 * g + p in processing element p, group g of 3.
-  wire [21:0] sums;
+  wire [22:0] sums;
 
   wire [8:0] weights0;
   pair_turn_out_w0 u_w0 (
@@ -99,12 +99,12 @@ module pair_turn_out (
     .first_i   (tree_first),
     .operands_i(operands_q),
     .weights_i (weights0),
-    .sum_o     (sums[0 +: 22])
+    .sum_o     (sums[0 +: 23])
   );
 
   // Bias, shift, rounding, saturation: sums to Q1.18.
   wire [1:0] beat;
-  wire [23:0] entries;
+  wire [24:0] entries;
   pair_turn_out_bias u_bias (
     .clk_i    (clk_i),
     .address_i(beat),
@@ -112,11 +112,11 @@ module pair_turn_out (
   );
   hwg_requant #(
     .LANES        (1),
-    .SUM_WIDTH    (22),
-    .BIASED_WIDTH (22),
+    .SUM_WIDTH    (23),
+    .BIASED_WIDTH (23),
     .PRODUCT_SHIFT(0),
     .EXTRA_WIDTH  (2),
-    .SHIFT        (0),
+    .SHIFT        (1),
     .WIDTH        (20),
     .SATURATION   (0),
     .ARRAY_BEATS  (3),

@@ -32,7 +32,7 @@ add_file -type verilog $root/rtl/pair_size_l1.v
 add_file -type verilog $root/rtl/pair_size_l1_bias.v
 add_file -type verilog $root/rtl/pair_size_l1_pe.v
 add_file -type verilog $root/rtl/pair_size_l1_w0.v
-add_file -type verilog $root/rtl/pair_tanh12.v
+add_file -type verilog $root/rtl/pair_tanh13.v
 add_file -type verilog $root/rtl/pair_turn_l0.v
 add_file -type verilog $root/rtl/pair_turn_l0_bias.v
 add_file -type verilog $root/rtl/pair_turn_l0_pe.v

@@ -36,7 +36,7 @@ foreach file {
   rtl/pair_size_l1_bias.v
   rtl/pair_size_l1_pe.v
   rtl/pair_size_l1_w0.v
-  rtl/pair_tanh12.v
+  rtl/pair_tanh13.v
   rtl/pair_turn_l0.v
   rtl/pair_turn_l0_bias.v
   rtl/pair_turn_l0_pe.v
