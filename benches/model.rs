@@ -24,7 +24,7 @@ use hwgen_spec::weights;
 const FRAMES: usize = 12_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let net = weights::read(include_bytes!("../designs/landing/weights.json"))?;
+    let net = weights::read(include_bytes!("../designs/landing-wide/weights.json"))?;
     let design = Design::new(&net, &Options::default())?;
     // Long flows come in pieces.
     let mut pieces = segments(&design, &[], FRAMES, 1)

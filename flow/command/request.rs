@@ -29,12 +29,12 @@ pub struct Request {
     /// At most N multipliers in the arrays
     #[arg(long, value_name = "N")]
     pub multipliers: Option<u32>,
-    /// Bits of weights, of every layer or of the one named [default: 16, or 18 if hidden and
-    /// linear]
+    /// Bits of weights, of every layer or of the one named [default: 16; 18 if hidden and
+    /// linear, and in networks of several tanh or sigmoid layers]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub weight_bits: Vec<WidthSetting>,
-    /// Bits of hidden words, of every layer or of the one named [default: 13, 14 in networks of
-    /// several tanh or sigmoid layers, 18 if linear or ReLU]
+    /// Bits of hidden words, of every layer or of the one named [default: 13; 18 if linear or
+    /// ReLU; 14 in networks of several tanh or sigmoid layers]
     #[arg(long, value_name = "[LAYER=]B", value_parser = width_setting)]
     pub activation_bits: Vec<WidthSetting>,
     /// Bits of output words [default: 24]

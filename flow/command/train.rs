@@ -37,7 +37,7 @@ kept beside them, in <W>.checkpoint, every half minute and at the end of an inte
 
 Examples:
   hwgen train --scene designs/landing/scene.toml --out w.json
-  hwgen train --scene scene.toml --hidden 64 --seed 7 --out small.json --curve small.svg
+  hwgen train --scene scene.toml --hidden 24,16 --seed 7 --out small.json --curve small.svg
   hwgen train --scene scene.toml --preset paper --out paper.json
   hwgen train --scene scene.toml --out w.json --resume";
 
@@ -65,7 +65,7 @@ pub struct Args {
         conflicts_with = "resume"
     )]
     pub preset: Preset,
-    /// Neurons of each hidden layer of each network, layer by layer [default: 256]
+    /// Neurons of each hidden layer of each network, layer by layer [default: 32,24; paper: 256]
     #[arg(
         long,
         value_name = "N,N",
@@ -85,7 +85,7 @@ pub struct Args {
         conflicts_with = "resume"
     )]
     pub noise: Option<Vec<f64>>,
-    /// Most passes over all samples, for each network [default: 34; with RPROP 5000]
+    /// Most passes over all samples, for each network [default: 40; with RPROP 5000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     pub epochs: Option<usize>,
     /// Epochs without a better validation loss after which a network is done [default: 10; with

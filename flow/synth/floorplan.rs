@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn two_networks_begin_in_the_middle() {
-        let text = include_bytes!("../../designs/landing/weights.json");
+        let text = include_bytes!("../../designs/landing-wide/weights.json");
         let net = hwgen_spec::weights::read(text).unwrap();
         let design = hwgen_spec::design::Design::new(&net, &Default::default()).unwrap();
         let cell = |layer: &str, cell: &str| format!("u_core.u_mlp.u_{layer}.{cell}.u_mul");

@@ -279,7 +279,7 @@ mod tests {
     use crate::weights;
 
     fn landing() -> QuantNet {
-        let text = include_bytes!("../../designs/landing/weights.json");
+        let text = include_bytes!("../../designs/landing-wide/weights.json");
         quantize(&weights::read(text).unwrap(), &Options::default()).unwrap()
     }
 

@@ -41,7 +41,7 @@ pub struct Options {
     #[serde(default)]
     pub budget: Budget,
     /// Weight widths, later settings winning; see [`DEFAULT_WEIGHT_BITS`] and
-    /// [`DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS`].
+    /// [`DEFAULT_FINE_WEIGHT_BITS`].
     #[serde(default)]
     pub weight_bits: Vec<WidthSetting>,
     /// Widths of hidden words; see [`DEFAULT_BOUNDED_BITS`], [`DEFAULT_DEEP_BOUNDED_BITS`] and
@@ -58,12 +58,12 @@ pub struct Options {
 
 /// Width of weights.
 pub const DEFAULT_WEIGHT_BITS: u32 = 16;
-/// Width of the weights of hidden linear layers: what comes behind one amplifies its errors.
-pub const DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS: u32 = 18;
+/// Width of the weights of layers whose errors are amplified behind them: hidden linear ones, and
+/// all in designs with several tanh or sigmoid layers one behind the other.
+pub const DEFAULT_FINE_WEIGHT_BITS: u32 = 18;
 /// Width of the words behind tanh and sigmoid.
 pub const DEFAULT_BOUNDED_BITS: u32 = 13;
-/// The same in a network of several such layers: their few neurons carry more each, and what the
-/// first rounds off the next one magnifies.
+/// The same in designs with several such layers one behind the other.
 pub const DEFAULT_DEEP_BOUNDED_BITS: u32 = 14;
 /// Width of the words behind hidden linear and ReLU layers: the operand of most DSP blocks.
 pub const DEFAULT_UNBOUNDED_BITS: u32 = 18;

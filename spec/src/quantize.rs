@@ -10,7 +10,7 @@ use self::layer::{Quantizer, Signal};
 use crate::activation::OddTable;
 use crate::format::QFormat;
 use crate::network::{Activation, FloatLayer, FloatNet, LayerFormat};
-use crate::options::{DEFAULT_BOUNDED_BITS, DEFAULT_DEEP_BOUNDED_BITS, Options};
+use crate::options::Options;
 
 mod cut;
 mod input;
@@ -232,7 +232,7 @@ pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeE
     settings::check(&folded, options)?;
     let mut quantizer = Quantizer {
         options,
-        bounded_bits: folded.bounded_bits(),
+        deep: folded.is_deep(),
         tables: BTreeMap::new(),
     };
     let mut signal = Signal::raw(net, &input);
@@ -277,17 +277,16 @@ struct Folded {
 }
 
 impl Folded {
-    /// Default width of the words behind tanh and sigmoid, the same for all layers.
-    fn bounded_bits(&self) -> u32 {
+    /// Whether a network has several tanh or sigmoid layers in front of its last one.
+    ///
+    /// What the first of them rounds off the others magnify, and their few neurons carry more each
+    /// than those of one wide layer.
+    fn is_deep(&self) -> bool {
         let hidden = |network: &Vec<FoldedLayer>| {
             let all = self.shared.iter().chain(network).rev().skip(1);
             all.filter(|(_, l)| l.activation.is_bounded()).count()
         };
-        if self.networks.iter().map(hidden).max() > Some(1) {
-            DEFAULT_DEEP_BOUNDED_BITS
-        } else {
-            DEFAULT_BOUNDED_BITS
-        }
+        self.networks.iter().any(|network| hidden(network) > 1)
     }
 
     /// The layers that read a shared layer's words.

@@ -276,7 +276,7 @@ fn options_without_effect_are_refused() {
 }
 
 #[test]
-fn tanh_words_of_deep_networks_are_wider() {
+fn words_and_weights_of_deep_networks_are_wider() {
     let tanh = r#"{"activation": "tanh", "weights": [[1]]}"#;
     let linear = r#"{"activation": "linear", "weights": [[1]]}"#;
     // A last layer is none that another one magnifies.
@@ -288,7 +288,9 @@ fn tanh_words_of_deep_networks_are_wider() {
     ] {
         let net = net(&[-1.0], &[1.0], &layers.join(","));
         let design = design(&net).expect("a design");
-        let found = design.net().networks[0].layers[0].output;
-        assert_eq!(found.width(), width, "{}", layers.len());
+        let first = &design.net().networks[0].layers[0];
+        assert_eq!(first.output.width(), width, "{layers:?}");
+        let weights = if width == 14 { 18 } else { 16 };
+        assert_eq!(first.weight_format.width(), weights, "{layers:?}");
     }
 }

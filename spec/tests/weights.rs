@@ -41,10 +41,14 @@ fn landing_has_its_shapes() {
         let layers: Vec<_> = network.layers.iter().map(shape).collect();
         assert_eq!(
             layers,
-            [(Activation::Tanh, 256, 10), (Activation::Linear, 3, 256)]
+            [
+                (Activation::Tanh, 48, 10),
+                (Activation::Tanh, 32, 48),
+                (Activation::Linear, 3, 32)
+            ]
         );
     }
-    assert_eq!(net.macs(), 6756);
+    assert_eq!(net.macs(), 4324);
 }
 
 /// The outputs are those of another program, printed to 9 digits.

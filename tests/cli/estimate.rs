@@ -36,7 +36,10 @@ fn cells_are_told_without_a_tool_and_nothing_is_written() {
 #[test]
 fn too_much_for_the_device_is_exit_one() {
     let place = Place::new();
-    let landing = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/landing/weights.json");
+    let landing = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/designs/landing-wide/weights.json"
+    );
     let arguments = [
         "estimate",
         "--weights",

@@ -278,7 +278,7 @@ fn hwgen(place: &Path, arguments: &[&str]) -> (Option<i32>, serde_json::Value) {
 fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let place = directory.path();
-    let weights = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs/landing/weights.json");
+    let weights = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs/landing-wide/weights.json");
     let weights = weights.to_str().expect("UTF-8");
     let (code, _) = hwgen(place, &["emit", "--weights", weights, "--out", "landing"]);
     assert_eq!(code, Some(0));

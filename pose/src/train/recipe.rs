@@ -126,7 +126,7 @@ impl Recipe {
     /// target, second-order steps.
     pub fn best() -> Self {
         Self {
-            hidden: vec![256],
+            hidden: vec![32, 24],
             samples: 40_000,
             noise_px: vec![
                 0.0, 0.1, 0.3, 0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.6, 2.3, 3.0, 3.0, 3.0, 5.0,
@@ -138,7 +138,7 @@ impl Recipe {
             relative: true,
             noise_half_px: 1.0,
             weight_decay: 0.0,
-            epochs: 34,
+            epochs: 40,
             patience: 10,
         }
     }
@@ -147,7 +147,7 @@ impl Recipe {
     pub fn with_optimizer(self, optimizer: Optimizer) -> Self {
         let (epochs, patience) = match optimizer {
             Optimizer::Rprop => (5_000, 200),
-            Optimizer::Levenberg => (34, 10),
+            Optimizer::Levenberg => (40, 10),
         };
         Self {
             optimizer,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::cut::{Reader, relevant_magnitude};
+use super::cut::{NEARLY, Reader, relevant_magnitude};
 use super::settings::{MAX_SEGMENTS, check_width};
 use super::shift::{Inputs, extra_shifts, finer};
 use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError};
@@ -11,8 +11,8 @@ use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
 use crate::format::{QFormat, Rounding, half, signed_width};
 use crate::network::{Activation, FloatLayer, FloatNet};
 use crate::options::{
-    DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS, DEFAULT_OUTPUT_BITS, DEFAULT_UNBOUNDED_BITS,
-    DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
+    DEFAULT_BOUNDED_BITS, DEFAULT_DEEP_BOUNDED_BITS, DEFAULT_FINE_WEIGHT_BITS, DEFAULT_OUTPUT_BITS,
+    DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
 };
 
 /// The greatest magnitude of an unbounded word over its typical one.
@@ -51,8 +51,8 @@ impl Signal {
 /// Quantizes layers one after the other, sharing activation tables.
 pub(super) struct Quantizer<'a> {
     pub(super) options: &'a Options,
-    /// Width of the words behind tanh and sigmoid that nobody sets.
-    pub(super) bounded_bits: u32,
+    /// Whether a network has several tanh or sigmoid layers in front of its last one.
+    pub(super) deep: bool,
     pub(super) tables: BTreeMap<u32, Arc<OddTable>>,
 }
 
@@ -183,6 +183,15 @@ impl Quantizer<'_> {
         Ok((quant, signal))
     }
 
+    /// Width of the words behind tanh and sigmoid that nobody sets.
+    fn bounded_bits(&self) -> u32 {
+        if self.deep {
+            DEFAULT_DEEP_BOUNDED_BITS
+        } else {
+            DEFAULT_BOUNDED_BITS
+        }
+    }
+
     fn weight_format(
         &self,
         name: &str,
@@ -192,8 +201,8 @@ impl Quantizer<'_> {
         if let Some(format) = layer.format.weights {
             return Ok(format);
         }
-        let default = if hidden && layer.activation == Activation::Linear {
-            DEFAULT_HIDDEN_LINEAR_WEIGHT_BITS
+        let default = if self.deep || hidden && layer.activation == Activation::Linear {
+            DEFAULT_FINE_WEIGHT_BITS
         } else {
             DEFAULT_WEIGHT_BITS
         };
@@ -223,7 +232,7 @@ impl Quantizer<'_> {
             Activation::Tanh | Activation::Sigmoid => {
                 let fraction = self.table_fraction(name, layer)?;
                 let halving = halving(layer);
-                let bits = asked.unwrap_or(self.bounded_bits);
+                let bits = asked.unwrap_or(self.bounded_bits());
                 let output = match given {
                     Some(format) if format.integer() < 0 => {
                         return Err(bounded_width(name, layer, bits));
@@ -285,7 +294,11 @@ impl Quantizer<'_> {
         }
         let clip = |r: &Reader| {
             let range = range_log2(self.table_fraction(r.name, r.layer)?).cast_signed();
-            Ok(libm::ldexp(1.0, range + halving(r.layer)))
+            let halving = halving(r.layer);
+            Ok((
+                libm::ldexp(1.0, range + halving),
+                libm::ldexp(NEARLY, halving),
+            ))
         };
         let clips = readers.iter().map(clip).collect::<Result<Vec<_>, _>>()?;
         Ok(relevant_magnitude(readers, &clips))
@@ -294,7 +307,7 @@ impl Quantizer<'_> {
     /// Fraction bits of the table of a tanh or sigmoid layer.
     fn table_fraction(&self, name: &str, layer: &FloatLayer) -> Result<u32, QuantizeError> {
         let asked = width_of(&self.options.activation_bits, name);
-        let bits = asked.unwrap_or(self.bounded_bits);
+        let bits = asked.unwrap_or(self.bounded_bits());
         let given = layer.format.activations;
         let fraction = given.map_or(bits.cast_signed() - 1, QFormat::fraction) - halving(layer);
         u32::try_from(fraction)
