@@ -95,9 +95,10 @@ fn derivatives(
             end -= weights.len();
             for (input, row) in from.row_iter().enumerate() {
                 let column = end + input * weights.nrows();
+                let word = row.transpose();
                 let mut part = all.view_mut((rows, column), by_neuron.shape());
                 for (mut part, by_neuron) in part.column_iter_mut().zip(by_neuron.column_iter()) {
-                    part.zip_zip_apply(&by_neuron, &row.transpose(), |d, b, a| *d = a * b);
+                    part.zip_zip_apply(&by_neuron, &word, |d, b, a| *d = a * b);
                 }
             }
         }
