@@ -8,6 +8,7 @@ use hwgen_spec::schedule::{finish_latency, sum_latency};
 
 use crate::bundle::File;
 use crate::rom;
+use crate::stage::wire_range;
 use crate::text::finish;
 use crate::{Header, address_width, bits, plural, range};
 
@@ -27,6 +28,8 @@ struct LayerContext<'a> {
     folds: usize,
     neuron_folds: usize,
     synapse_folds: usize,
+    starts: usize,
+    starts_range: String,
     flow: Vec<String>,
     x_format: String,
     w_format: String,
@@ -182,6 +185,8 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         folds: layer.folds(),
         neuron_folds: layer.neuron_folds(),
         synapse_folds: layer.synapse_folds(),
+        starts: layer.start_copies(),
+        starts_range: wire_range(layer.start_copies()),
         flow,
         x_format: x.to_string(),
         w_format: w.to_string(),

@@ -37,6 +37,8 @@ struct LayerContext {
     activation: &'static str,
     replay: bool,
     gathered: bool,
+    starts: usize,
+    starts_range: String,
     lanes: usize,
     width: usize,
     words_range: String,
@@ -82,25 +84,31 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
     let mut layers = Vec::new();
     for (i, layer) in stage.shared.iter().enumerate() {
         let before = i.checked_sub(1).map(|i| &stage.shared[i]);
-        let direct_consumers = match stage.shared.get(i + 1) {
-            Some(next) => vec![next.feed],
-            None => stage.networks.iter().map(|n| n.layers[0].feed).collect(),
+        let readers: Vec<&Layer> = match stage.shared.get(i + 1) {
+            Some(next) => vec![next],
+            None => stage.networks.iter().map(|n| &n.layers[0]).collect(),
         };
-        layers.push(layer_context(layer, before, &direct_consumers, header));
+        let start = (0, layer.start_copies());
+        layers.push(layer_context(layer, before, start, &readers, header));
     }
     let mut networks = Vec::new();
     let mut first = 0;
+    // Copies of the shared vector's start: those that networks before took, and all.
+    let fronts: Vec<&Layer> = stage.networks.iter().map(|n| &n.layers[0]).collect();
+    let (mut taken, all) = (0, Layer::gather_starts(&fronts));
     for network in &stage.networks {
         for (i, layer) in network.layers.iter().enumerate() {
             let before = i
                 .checked_sub(1)
                 .map_or(stage.shared.last(), |i| Some(&network.layers[i]));
-            let consumers: Vec<Feed> = network
-                .layers
-                .get(i + 1)
-                .map_or(vec![Feed::Replay], |next| vec![next.feed]);
-            layers.push(layer_context(layer, before, &consumers, header));
+            let readers: Vec<&Layer> = network.layers.get(i + 1).into_iter().collect();
+            let start = match i {
+                0 => (taken, all),
+                _ => (0, layer.start_copies()),
+            };
+            layers.push(layer_context(layer, before, start, &readers, header));
         }
+        taken += Layer::gather_starts(&[&network.layers[0]]);
         let last = &network.last().quant;
         let width = bits(last.output.width());
         networks.push(NetworkContext {
@@ -153,25 +161,37 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
     header.rtl(&module, finish(context.render()))
 }
 
-/// `consumers`: how those who read the layer's words get them.
+/// `first_start` and `all_starts`: where this layer's copies of the start of the vector before it
+/// begin, and how many there are; `readers`: who reads the layer's words, nobody if they are answers.
 fn layer_context(
     layer: &Layer,
     before: Option<&Layer>,
-    consumers: &[Feed],
+    (first_start, all_starts): (usize, usize),
+    readers: &[&Layer],
     header: &Header,
 ) -> LayerContext {
     let quant = &layer.quant;
     let replay = layer.feed == Feed::Replay;
+    let copies = layer.start_copies();
+    let starts = Layer::gather_starts(readers);
     let (start, flag, vector) = match (before, replay) {
         (None, _) => (
-            "start_q".to_owned(),
+            if copies == 1 {
+                "start_q".to_owned()
+            } else {
+                format!("{{{copies}{{start_q}}}}")
+            },
             "1'b0".to_owned(),
             "frame_i".to_owned(),
         ),
         (Some(before), true) => {
             let name = &before.quant.name;
             (
-                format!("{name}_start"),
+                if all_starts == 1 {
+                    format!("{name}_start")
+                } else {
+                    format!("{name}_start[{first_start} +: {copies}]")
+                },
                 format!("{name}_clipped"),
                 format!("{name}_vector"),
             )
@@ -200,7 +220,9 @@ fn layer_context(
         outputs: quant.outputs(),
         activation: quant.activation.name(),
         replay,
-        gathered: consumers.contains(&Feed::Replay),
+        gathered: starts > 0,
+        starts,
+        starts_range: wire_range(starts),
         lanes: layer.lanes,
         width,
         words_range: range(layer.lanes * width),
@@ -208,6 +230,15 @@ fn layer_context(
         start,
         flag,
         vector,
+    }
+}
+
+/// The range of a vector of wires, with a space behind; nothing for one wire.
+pub(crate) fn wire_range(wires: usize) -> String {
+    if wires == 1 {
+        String::new()
+    } else {
+        format!("{} ", range(wires))
     }
 }
 

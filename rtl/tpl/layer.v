@@ -14,7 +14,7 @@
 module @{ module }@ (
   input  wire clk_i,
   input  wire rst_i,
-@% if replay %@  input  wire start_i,   // the vector is whole
+@% if replay %@  input  wire @{ starts_range }@start_i,   // the vector is whole
   input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ vector_i,
 @% else %@  input  wire valid_i,
@@ -39,7 +39,8 @@ module @{ module }@ (
     .WIDTH        (@{ x_width }@),
     .SYNAPSE_FOLDS(@{ synapse_folds }@),
     .NEURON_FOLDS (@{ neuron_folds }@),
-    .ADDRESS_WIDTH(@{ address_width }@)
+    .ADDRESS_WIDTH(@{ address_width }@),
+    .STARTS       (@{ starts }@)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

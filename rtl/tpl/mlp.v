@@ -91,13 +91,14 @@ module @{ module }@ (
     .flag_o  (@{ l.name }@_flag),
     .words_o (@{ l.name }@_words)
   );
-@% if l.gathered %@  wire @{ l.name }@_start;
+@% if l.gathered %@  wire @{ l.starts_range }@@{ l.name }@_start;
   wire @{ l.name }@_clipped;
   wire @{ l.vector_range }@ @{ l.name }@_vector;
   hwg_gather #(
-    .WORDS(@{ l.outputs }@),
-    .LANES(@{ l.lanes }@),
-    .WIDTH(@{ l.width }@)
+    .WORDS (@{ l.outputs }@),
+    .LANES (@{ l.lanes }@),
+    .WIDTH (@{ l.width }@),
+    .STARTS(@{ l.starts }@)
   ) u_@{ l.name }@_gather (
     .clk_i   (clk_i),
     .rst_i   (@{ l.name }@_rst_q2),

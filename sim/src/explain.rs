@@ -68,8 +68,9 @@ pub fn explain(
     meaning.network = Some(layer.quant.network.clone());
     meaning.layer = Some(name.to_owned());
     if gathered {
-        // The vector is whole when the last beat is in; then slot and neuron agree.
-        if rest == "slot_q" {
+        // What is beyond the last neuron is padding of the last beat.
+        if rest == "slot_q" && lane < layer.quant.outputs() {
+            meaning.neuron = Some(lane);
             meaning.fraction = Some(layer.quant.output.fraction());
         }
         return meaning;

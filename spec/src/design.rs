@@ -95,6 +95,9 @@ pub struct Layer {
     pub feed: Feed,
 }
 
+/// Bits of a ring that one copy of the signal to load it reaches.
+const START_REACH: usize = 96;
+
 impl Layer {
     /// Groups of `pe` neurons.
     pub fn neuron_folds(&self) -> usize {
@@ -157,6 +160,22 @@ impl Layer {
     /// Copies of the address of the bias ROM: one, or likewise one for each lane.
     pub fn bias_address_copies(&self, device: &Device) -> usize {
         own_addresses(device, self.array_beats(), self.lanes)
+    }
+
+    /// Copies of the signal that loads the layer's words into its ring: one for so many bits.
+    pub fn start_copies(&self) -> usize {
+        let bits = self.quant.inputs() * to_usize(self.quant.input.width());
+        bits.div_ceil(START_REACH)
+    }
+
+    /// Copies of the signal that a layer's vector is whole, for those who take it whole: layers
+    /// that replay it, or where `readers` is empty a queue of answers.
+    pub fn gather_starts(readers: &[&Layer]) -> usize {
+        if readers.is_empty() {
+            return 1;
+        }
+        let replays = readers.iter().filter(|r| r.feed == Feed::Replay);
+        replays.map(|r| r.start_copies()).sum()
     }
 
     /// Weight codes of `pe` in cycle `fold`, one a multiplier, zero for padding.

@@ -10,14 +10,16 @@ pub(super) struct Gather {
     words: usize,
     lanes: usize,
     beats: usize,
+    starts: usize,
     slots: Vec<i64>,
-    count: usize,
+    /// Beats of the frame that came.
+    taken: usize,
     start: bool,
     flag: bool,
 }
 
 impl Gather {
-    pub(super) fn new(words: usize, lanes: usize, bits: u32) -> Self {
+    pub(super) fn new(words: usize, lanes: usize, bits: u32, starts: usize) -> Self {
         let beats = words.div_ceil(lanes);
         let slots = vec![0; beats * lanes];
         Self {
@@ -25,8 +27,9 @@ impl Gather {
             words,
             lanes,
             beats,
+            starts,
             slots,
-            count: 0,
+            taken: 0,
             start: false,
             flag: false,
         }
@@ -50,26 +53,26 @@ impl Gather {
 
     #[inline]
     pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
-        let last = self.count == self.beats - 1;
+        let last = self.taken == self.beats - 1;
         if valid {
-            self.flag = (self.flag && self.count != 0) || flag;
-            self.slots.copy_within(self.lanes.., 0);
-            let end = self.slots.len() - self.lanes;
-            self.slots[end..].copy_from_slice(data);
+            self.flag = (self.flag && self.taken != 0) || flag;
+            let first = self.taken * self.lanes;
+            self.slots[first..first + self.lanes].copy_from_slice(data);
         }
         self.start = !reset && valid && last;
-        self.count = match (reset, valid) {
+        self.taken = match (reset, valid) {
             (true, _) => 0,
             (_, true) if last => 0,
-            (_, true) => self.count + 1,
-            (_, false) => self.count,
+            (_, true) => self.taken + 1,
+            (_, false) => self.taken,
         };
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.words("slot_q", self.bits, &self.slots);
-        probe.count("count_q", counter_bits(self.beats), self.count);
-        probe.bit("start_q", self.start);
+        let taken: Vec<i64> = (0..self.beats).map(|b| (b < self.taken).into()).collect();
+        probe.words("taken_q", 1, &taken);
+        probe.words("start_q", 1, &vec![self.start.into(); self.starts]);
         probe.bit("flag_q", self.flag);
     }
 }

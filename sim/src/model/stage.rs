@@ -1,6 +1,6 @@
 //! The perceptron stage: `<design>_mlp`.
 
-use hwgen_spec::design::{Feed, Perceptron};
+use hwgen_spec::design::{Feed, Layer, Perceptron};
 use hwgen_spec::device::Device;
 use hwgen_spec::schedule::Schedule;
 
@@ -43,13 +43,15 @@ impl StageModel {
     pub(super) fn new(stage: &Perceptron, schedule: &Schedule, device: &Device) -> Self {
         let mut nodes: Vec<Node> = Vec::new();
         let mut answers = Vec::new();
-        let mut push = |layer: &hwgen_spec::design::Layer, before, gathers: bool| {
+        let mut push = |layer: &Layer, before, readers: &[&Layer]| {
             let quant = &layer.quant;
+            let starts = Layer::gather_starts(readers);
             nodes.push(Node {
                 name: quant.name.clone(),
                 layer: LayerModel::new(layer, device),
-                gather: gathers
-                    .then(|| Gather::new(quant.outputs(), layer.lanes, quant.output.width())),
+                gather: (starts > 0).then(|| {
+                    Gather::new(quant.outputs(), layer.lanes, quant.output.width(), starts)
+                }),
                 direct: layer.feed == Feed::Direct,
                 before,
             });
@@ -57,23 +59,17 @@ impl StageModel {
         };
         let mut shared = None;
         for (i, layer) in stage.shared.iter().enumerate() {
-            let gathers = match stage.shared.get(i + 1) {
-                Some(next) => next.feed == Feed::Replay,
-                None => stage
-                    .networks
-                    .iter()
-                    .any(|n| n.layers[0].feed == Feed::Replay),
+            let readers: Vec<&Layer> = match stage.shared.get(i + 1) {
+                Some(next) => vec![next],
+                None => stage.networks.iter().map(|n| &n.layers[0]).collect(),
             };
-            shared = Some(push(layer, shared, gathers));
+            shared = Some(push(layer, shared, &readers));
         }
         for network in &stage.networks {
             let mut before = shared;
             for (i, layer) in network.layers.iter().enumerate() {
-                let gathers = network
-                    .layers
-                    .get(i + 1)
-                    .is_none_or(|next| next.feed == Feed::Replay);
-                before = Some(push(layer, before, gathers));
+                let readers: Vec<&Layer> = network.layers.get(i + 1).into_iter().collect();
+                before = Some(push(layer, before, &readers));
             }
             let last = &network.last().quant;
             let mut widths = vec![last.output.width(); last.outputs()];

@@ -109,9 +109,10 @@ module gate_mlp (
   wire net_l1_clipped;
   wire [25:0] net_l1_vector;
   hwg_gather #(
-    .WORDS(2),
-    .LANES(1),
-    .WIDTH(13)
+    .WORDS (2),
+    .LANES (1),
+    .WIDTH (13),
+    .STARTS(1)
   ) u_net_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (net_l1_rst_q2),

@@ -34,7 +34,8 @@ module gate_net_l0 (
     .WIDTH        (16),
     .SYNAPSE_FOLDS(1),
     .NEURON_FOLDS (7),
-    .ADDRESS_WIDTH(3)
+    .ADDRESS_WIDTH(3),
+    .STARTS       (1)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

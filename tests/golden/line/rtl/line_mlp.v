@@ -92,9 +92,10 @@ module line_mlp (
   wire net_l0_clipped;
   wire [23:0] net_l0_vector;
   hwg_gather #(
-    .WORDS(1),
-    .LANES(1),
-    .WIDTH(24)
+    .WORDS (1),
+    .LANES (1),
+    .WIDTH (24),
+    .STARTS(1)
   ) u_net_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (net_l0_rst_q2),

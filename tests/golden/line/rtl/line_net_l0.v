@@ -34,7 +34,8 @@ module line_net_l0 (
     .WIDTH        (14),
     .SYNAPSE_FOLDS(1),
     .NEURON_FOLDS (1),
-    .ADDRESS_WIDTH(1)
+    .ADDRESS_WIDTH(1),
+    .STARTS       (1)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

@@ -3,6 +3,7 @@
 //
 // Function:  after start_i, NEURON_FOLDS times over, the words SIMD at a time; address_o counts the
 //            clocks of a frame and is the address of the weights. Words beyond the last are zero.
+//            Every bit of start_i is the same; each one loads a part of the words.
 // Latency:   the first words are offered 1 clock after start_i; a vector every
 //            NEURON_FOLDS * SYNAPSE_FOLDS clocks, without a gap.
 // Overflow:  the stage's schedule keeps start_i away while a vector is in use.
@@ -16,11 +17,12 @@ module hwg_replay #(
   parameter integer WIDTH         = 8,  // bits of a word
   parameter integer SYNAPSE_FOLDS = 2,  // ceil(WORDS / SIMD)
   parameter integer NEURON_FOLDS  = 1,  // times that the vector is offered
-  parameter integer ADDRESS_WIDTH = 1   // max(1, clog2(NEURON_FOLDS * SYNAPSE_FOLDS))
+  parameter integer ADDRESS_WIDTH = 1,  // max(1, clog2(NEURON_FOLDS * SYNAPSE_FOLDS))
+  parameter integer STARTS        = 1   // copies of start_i
 ) (
   input  wire                     clk_i,
   input  wire                     rst_i,
-  input  wire                     start_i,
+  input  wire [STARTS-1:0]        start_i,
   input  wire                     flag_i,
   input  wire [WORDS*WIDTH-1:0]   vector_i,
   output wire                     valid_o,
@@ -49,7 +51,7 @@ module hwg_replay #(
       busy_q    <= 1'b0;
       address_q <= {ADDRESS_WIDTH{1'b0}};
       step_q    <= {STEP_WIDTH{1'b0}};
-    end else if (start_i) begin
+    end else if (start_i[0]) begin
       busy_q    <= 1'b1;
       address_q <= {ADDRESS_WIDTH{1'b0}};
       step_q    <= {STEP_WIDTH{1'b0}};
@@ -64,9 +66,9 @@ module hwg_replay #(
   // when nobody reads it, so that nothing but the next start reaches so many registers.
   integer i;
   always @(posedge clk_i) begin
-    if (start_i) flag_q <= flag_i;
+    if (start_i[0]) flag_q <= flag_i;
     for (i = 0; i < SLOTS; i = i + 1) begin
-      if (start_i) begin
+      if (start_i[i*STARTS/SLOTS]) begin
         if (i < WORDS) slot_q[i*WIDTH +: WIDTH] <= vector_i[(i % WORDS)*WIDTH +: WIDTH];
         else           slot_q[i*WIDTH +: WIDTH] <= {WIDTH{1'b0}};
       end else begin

@@ -89,13 +89,14 @@ module pair_mlp (
     .flag_o  (shared_l0_flag),
     .words_o (shared_l0_words)
   );
-  wire shared_l0_start;
+  wire [3:0] shared_l0_start;
   wire shared_l0_clipped;
   wire [125:0] shared_l0_vector;
   hwg_gather #(
-    .WORDS(7),
-    .LANES(1),
-    .WIDTH(18)
+    .WORDS (7),
+    .LANES (1),
+    .WIDTH (18),
+    .STARTS(4)
   ) u_shared_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (shared_l0_rst_q2),
@@ -116,7 +117,7 @@ module pair_mlp (
   pair_turn_l0 u_turn_l0 (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
-    .start_i (shared_l0_start),
+    .start_i (shared_l0_start[0 +: 2]),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
     .valid_o (turn_l0_valid),
@@ -127,9 +128,10 @@ module pair_mlp (
   wire turn_l0_clipped;
   wire [69:0] turn_l0_vector;
   hwg_gather #(
-    .WORDS(5),
-    .LANES(1),
-    .WIDTH(14)
+    .WORDS (5),
+    .LANES (1),
+    .WIDTH (14),
+    .STARTS(1)
   ) u_turn_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
@@ -161,9 +163,10 @@ module pair_mlp (
   wire turn_l1_clipped;
   wire [41:0] turn_l1_vector;
   hwg_gather #(
-    .WORDS(3),
-    .LANES(1),
-    .WIDTH(14)
+    .WORDS (3),
+    .LANES (1),
+    .WIDTH (14),
+    .STARTS(1)
   ) u_turn_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l1_rst_q2),
@@ -195,9 +198,10 @@ module pair_mlp (
   wire turn_out_clipped;
   wire [59:0] turn_out_vector;
   hwg_gather #(
-    .WORDS(3),
-    .LANES(1),
-    .WIDTH(20)
+    .WORDS (3),
+    .LANES (1),
+    .WIDTH (20),
+    .STARTS(1)
   ) u_turn_out_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_out_rst_q2),
@@ -218,7 +222,7 @@ module pair_mlp (
   pair_size_l0 u_size_l0 (
     .clk_i   (clk_i),
     .rst_i   (size_l0_rst_q2),
-    .start_i (shared_l0_start),
+    .start_i (shared_l0_start[2 +: 2]),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
     .valid_o (size_l0_valid),
@@ -246,9 +250,10 @@ module pair_mlp (
   wire size_l1_clipped;
   wire [19:0] size_l1_vector;
   hwg_gather #(
-    .WORDS(1),
-    .LANES(1),
-    .WIDTH(20)
+    .WORDS (1),
+    .LANES (1),
+    .WIDTH (20),
+    .STARTS(1)
   ) u_size_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (size_l1_rst_q2),

@@ -35,7 +35,8 @@ module pair_shared_l0 (
     .WIDTH        (13),
     .SYNAPSE_FOLDS(2),
     .NEURON_FOLDS (7),
-    .ADDRESS_WIDTH(4)
+    .ADDRESS_WIDTH(4),
+    .STARTS       (1)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

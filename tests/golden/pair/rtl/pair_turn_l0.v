@@ -15,7 +15,7 @@
 module pair_turn_l0 (
   input  wire         clk_i,
   input  wire         rst_i,
-  input  wire         start_i,   // the vector is whole
+  input  wire [1:0]   start_i,   // the vector is whole
   input  wire         flag_i,    // a word before was clipped
   input  wire [125:0] vector_i,
   output wire         valid_o,
@@ -35,7 +35,8 @@ module pair_turn_l0 (
     .WIDTH        (18),
     .SYNAPSE_FOLDS(7),
     .NEURON_FOLDS (2),
-    .ADDRESS_WIDTH(4)
+    .ADDRESS_WIDTH(4),
+    .STARTS       (2)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

@@ -35,7 +35,8 @@ module pair_turn_out (
     .WIDTH        (14),
     .SYNAPSE_FOLDS(3),
     .NEURON_FOLDS (3),
-    .ADDRESS_WIDTH(4)
+    .ADDRESS_WIDTH(4),
+    .STARTS       (1)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),
