@@ -17,7 +17,7 @@ pub fn study() -> Result<()> {
         "3 px",
     ];
     head(&columns.map(str::to_string));
-    let sizes: [&[usize]; 12] = [
+    let sizes: [&[usize]; 10] = [
         &[4],
         &[8],
         &[16],
@@ -28,8 +28,6 @@ pub fn study() -> Result<()> {
         &[16, 8],
         &[16, 16],
         &[24, 24],
-        &[32, 24],
-        &[40, 18],
     ];
     for hidden in sizes {
         let trained = train(&scene, recipe(hidden))?;
