@@ -34,22 +34,25 @@ module hwg_gather #(
   // verilator lint_on UNUSED
   reg [BEATS-1:0]       taken_q = {BEATS{1'b0}};  // a one for each beat of the frame, from below
   reg                   flag_q  = 1'b0;
-  // Copies that drive a part of the readers' words each: `keep` keeps them.
-  (* keep *) reg [STARTS-1:0] start_q = {STARTS{1'b0}};
 
   wire [BEATS-1:0] more = ~(~taken_q << 1);  // one beat more
   wire [BEATS-1:0] here = more & ~taken_q;   // where the next beat goes
   wire             last = here[BEATS-1];
 
   always @(posedge clk_i) begin
-    if (rst_i) begin
-      taken_q <= {BEATS{1'b0}};
-      start_q <= {STARTS{1'b0}};
-    end else begin
-      start_q <= {STARTS{valid_i & last}};
-      if (valid_i) taken_q <= last ? {BEATS{1'b0}} : more;
-    end
+    if (rst_i)        taken_q <= {BEATS{1'b0}};
+    else if (valid_i) taken_q <= last ? {BEATS{1'b0}} : more;
   end
+
+  // Copies that drive a part of the readers' words each: `keep` keeps them.
+  genvar g;
+  generate
+    for (g = 0; g < STARTS; g = g + 1) begin : g_copy
+      (* keep *) reg start_q = 1'b0;
+      (* keep *) always @(posedge clk_i) start_q <= valid_i & last & ~rst_i;
+      assign start_o[g] = start_q;
+    end
+  endgenerate
 
   integer i;
   always @(posedge clk_i) begin
@@ -58,7 +61,6 @@ module hwg_gather #(
       if (valid_i & here[i]) slot_q[i*BEAT +: BEAT] <= data_i;
   end
 
-  assign start_o  = start_q;
   assign flag_o   = flag_q;
   assign vector_o = slot_q[0 +: WORDS*WIDTH];
 endmodule

@@ -499,9 +499,9 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "vector called whole at its first beat",
         file: "rtl/hwg_gather.v",
-        find: "{STARTS{valid_i & last}}",
-        replace: "{STARTS{valid_i & here[0]}}",
-        signal: "mutant.u_mlp.u_shared_l0_gather.start_q",
+        find: "valid_i & last & ~rst_i",
+        replace: "valid_i & here[0] & ~rst_i",
+        signal: "mutant.u_mlp.u_shared_l0_gather.g_copy[0].start_q",
     },
     Mutant {
         name: "vector fills from the top",

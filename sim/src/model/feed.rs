@@ -1,7 +1,7 @@
 //! The cells that bring operands to an array: gather, replay, beats.
 
 use super::array::{code, real};
-use super::probe::{Probe, address_bits, counter_bits};
+use super::probe::{Probe, address_bits, counter_bits, within};
 
 /// `hwg_gather`.
 #[derive(Clone, Debug)]
@@ -72,8 +72,12 @@ impl Gather {
         probe.words("slot_q", self.bits, &self.slots);
         let taken: Vec<i64> = (0..self.beats).map(|b| (b < self.taken).into()).collect();
         probe.words("taken_q", 1, &taken);
-        probe.words("start_q", 1, &vec![self.start.into(); self.starts]);
         probe.bit("flag_q", self.flag);
+        for copy in 0..self.starts {
+            within(probe, format_args!("g_copy[{copy}]"), |probe| {
+                probe.bit("start_q", self.start);
+            });
+        }
     }
 }
 
