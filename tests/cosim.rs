@@ -33,6 +33,8 @@ const AXES: &[(&str, usize)] = &[
     ("linear", 20),
     ("replay feed", 20),
     ("direct feed", 20),
+    ("hold feed", 10),
+    ("neurons that take turns", 10),
     ("accumulators", 20),
     ("no accumulators", 20),
     ("drain", 15),

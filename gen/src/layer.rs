@@ -40,6 +40,7 @@ struct LayerContext<'a> {
     drain_note: String,
     overflow: String,
     replay: bool,
+    hold: bool,
     accumulates: bool,
     drains: bool,
     has_table: bool,
@@ -102,6 +103,7 @@ struct PeContext<'a> {
     sum_width: usize,
     latency: usize,
     accumulates: bool,
+    turns: usize,
     operands_range: String,
     operands_width: usize,
     weights_range: String,
@@ -146,7 +148,7 @@ pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
 
 fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let quant = &layer.quant;
-    let replay = layer.feed == Feed::Replay;
+    let (replay, hold) = (layer.feed == Feed::Replay, layer.feed == Feed::Hold);
     let (pe, simd, lanes) = (layer.fold.pe, layer.fold.simd, layer.lanes);
     let (x, w, y) = (quant.input, quant.weight_format, quant.output);
     let (sum_width, pre_width) = (bits(quant.sum_width), bits(quant.pre.width()));
@@ -157,18 +159,29 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let bias_copies = layer.bias_address_copies(header.device);
     let table = quant.table.as_deref();
     let drains = layer.drain_beats() > 1;
-    let mut flow = vec![match (replay, layer.neuron_folds()) {
-        (true, 1) => "the vector is held and offered once.".to_owned(),
-        (true, n) => {
+    let mut flow = vec![match (layer.feed, layer.neuron_folds()) {
+        (Feed::Replay, 1) => "the vector is held and offered once.".to_owned(),
+        (Feed::Replay, n) => {
             format!("the vector is held and offered {n} times, once for each group of neurons.")
         }
-        (false, _) => "the words of the layer before are used as they come.".to_owned(),
+        (Feed::Direct, _) => "the words of the layer before are used as they come.".to_owned(),
+        (Feed::Hold, n) => {
+            let group = if pe == 1 {
+                "neuron"
+            } else {
+                "group of neurons"
+            };
+            format!("each beat of the layer before is offered {n} times, once for each {group}.")
+        }
     }];
     if layer.accumulates() {
-        flow.push(format!(
-            "A sum takes {} clocks and is kept in an accumulator.",
-            layer.synapse_folds()
-        ));
+        flow.push(match layer.turns() {
+            1 => format!(
+                "A sum takes {} clocks and is kept in an accumulator.",
+                layer.synapse_folds()
+            ),
+            n => format!("{n} sums take turns in an accumulator."),
+        });
     }
     let activation = quant.activation;
     let context = LayerContext {
@@ -211,12 +224,17 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
             }
         },
         replay,
+        hold,
         accumulates: layer.accumulates(),
         drains,
         has_table: table.is_some(),
-        valid: if replay { "valid" } else { "valid_i" },
-        flag: if replay { "flag" } else { "flag_i" },
-        operands: if replay { "operands" } else { "words_i" },
+        valid: if replay || hold { "valid" } else { "valid_i" },
+        flag: if replay || hold { "flag" } else { "flag_i" },
+        operands: if replay || hold {
+            "operands"
+        } else {
+            "words_i"
+        },
         x_width: bits(x.width()),
         y_width: bits(y.width()),
         pre_width,
@@ -301,7 +319,10 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         simd,
         simd_s: plural(simd),
         sum_note: if layer.accumulates() {
-            ", accumulated over a group of clocks"
+            match layer.feed {
+                Feed::Replay | Feed::Direct => ", accumulated over a group of clocks",
+                Feed::Hold => ", accumulated over the beats, several neurons in turns",
+            }
         } else {
             ""
         },
@@ -318,6 +339,7 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         sum_width,
         latency: sum_latency(layer) - 1,
         accumulates: layer.accumulates(),
+        turns: layer.turns(),
         operands_range: range(simd * x),
         operands_width: simd * x,
         weights_range: range(simd * w),

@@ -10,7 +10,7 @@ macro_rules! cells {
     };
 }
 
-const CELLS: [(&str, &str); 16] = cells![
+const CELLS: [(&str, &str); 17] = cells![
     "hwg_accumulator",
     "hwg_admit",
     "hwg_beats",
@@ -20,6 +20,7 @@ const CELLS: [(&str, &str); 16] = cells![
     "hwg_fifo",
     "hwg_gather",
     "hwg_group",
+    "hwg_hold",
     "hwg_ingress",
     "hwg_mul",
     "hwg_pwl",

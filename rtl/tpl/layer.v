@@ -25,12 +25,12 @@ module @{ module }@ (
   output wire @{ words_range }@ words_o
 );
   // Operands, @{ simd }@ a clock, and the address of their weights.
-@% if replay %@  wire valid;
+@% if replay || hold %@  wire valid;
 @% endif %@@% if accumulates %@  wire first;
   wire last;
 @% else %@  wire unused_first;  // a sum takes one clock
   wire unused_last;
-@% endif %@@% if replay %@  wire flag;
+@% endif %@@% if replay || hold %@  wire flag;
   wire @{ operands_range }@ operands;
 @% endif %@  wire @{ address_range }@ address;
 @% if replay %@  hwg_replay #(
@@ -47,6 +47,24 @@ module @{ module }@ (
     .start_i  (start_i),
     .flag_i   (flag_i),
     .vector_i (vector_i),
+    .valid_o  (valid),
+    .first_o  (@% if accumulates %@first@% else %@unused_first@% endif %@),
+    .last_o   (@% if accumulates %@last@% else %@unused_last@% endif %@),
+    .flag_o   (flag),
+    .words_o  (operands),
+    .address_o(address)
+  );
+@% else if hold %@  hwg_hold #(
+    .BEATS        (@{ synapse_folds }@),
+    .FOLDS        (@{ neuron_folds }@),
+    .WIDTH        (@{ operands_width }@),
+    .ADDRESS_WIDTH(@{ address_width }@)
+  ) u_hold (
+    .clk_i    (clk_i),
+    .rst_i    (rst_i),
+    .valid_i  (valid_i),
+    .flag_i   (flag_i),
+    .words_i  (words_i),
     .valid_o  (valid),
     .first_o  (@% if accumulates %@first@% else %@unused_first@% endif %@),
     .last_o   (@% if accumulates %@last@% else %@unused_last@% endif %@),

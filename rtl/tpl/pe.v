@@ -63,7 +63,8 @@ module @{ module }@ (
 @% endfor %@
 @% if accumulates %@  hwg_accumulator #(
     .WIDTH    (@{ tree_width }@),
-    .SUM_WIDTH(@{ sum_width }@)
+    .SUM_WIDTH(@{ sum_width }@)@% if turns > 1 %@,
+    .SUMS     (@{ turns }@)@% endif %@
   ) u_acc (
     .clk_i   (clk_i),
     .enable_i(enable_q),

@@ -110,6 +110,7 @@ impl History<'_> {
     fn fold(&self, clocks_ago: usize) -> Option<usize> {
         self.counter("u_replay.address_q", clocks_ago)
             .or_else(|| self.counter("u_beats.address_q", clocks_ago))
+            .or_else(|| self.counter("u_hold.address_q", clocks_ago))
     }
 
     fn beat(&self, clocks_ago: usize) -> Option<usize> {
@@ -142,7 +143,7 @@ impl Place<'_> {
                 meaning.fraction = Some(x);
                 return;
             }
-            "u_replay.slot_q" => {
+            "u_replay.slot_q" | "u_hold.word_q" => {
                 meaning.fraction = Some(x);
                 return;
             }
@@ -176,7 +177,14 @@ impl Place<'_> {
                 meaning.input = fold.and_then(|f| self.layer.input(lane, f));
                 meaning.fraction = Some(x);
             } else if rest.starts_with("u_acc") {
-                self.array(pe, None, 7 + self.layer.tree_levels(), x + w, meaning);
+                // Where neurons take turns, an older sum stands in each further word.
+                self.array(
+                    pe,
+                    None,
+                    7 + self.layer.tree_levels() + lane,
+                    x + w,
+                    meaning,
+                );
             }
         } else if path == "u_bias.data_q" || path == "u_requant.sum_q" {
             let up = if path == "u_bias.data_q" {

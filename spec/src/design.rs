@@ -77,6 +77,9 @@ pub enum Feed {
     Replay,
     /// The beats of the layer before are consumed as they come.
     Direct,
+    /// Each beat of the layer before is held for a clock a group of neurons, whose sums take turns in
+    /// the accumulators.
+    Hold,
 }
 
 /// A layer with its array.
@@ -139,15 +142,44 @@ impl Layer {
         usize::try_from(self.fold.simd.next_power_of_two().ilog2()).expect("a small number")
     }
 
+    /// Groups of neurons whose sums an element forms in turns, a clock each.
+    pub fn turns(&self) -> usize {
+        match self.feed {
+            Feed::Replay | Feed::Direct => 1,
+            Feed::Hold => self.neuron_folds(),
+        }
+    }
+
+    /// Clocks between two output beats, at least, where `before` are those between two input beats
+    /// that are used as they come.
+    pub fn output_gap(&self, before: usize) -> usize {
+        match self.feed {
+            _ if self.drain_beats() > 1 => 1,
+            Feed::Replay => self.synapse_folds(),
+            Feed::Direct => before * self.synapse_folds(),
+            Feed::Hold => 1,
+        }
+    }
+
+    /// Groups of neurons and of inputs that are worked on in cycle `fold` of a frame.
+    fn groups(&self, fold: usize) -> (usize, usize) {
+        match self.feed {
+            Feed::Replay | Feed::Direct => {
+                (fold / self.synapse_folds(), fold % self.synapse_folds())
+            }
+            Feed::Hold => (fold % self.neuron_folds(), fold / self.neuron_folds()),
+        }
+    }
+
     /// The neuron whose sum is formed by `pe` in cycle `fold` of a frame; `None` for padding.
     pub fn neuron(&self, pe: usize, fold: usize) -> Option<usize> {
-        let neuron = fold / self.synapse_folds() * self.fold.pe + pe;
+        let neuron = self.groups(fold).0 * self.fold.pe + pe;
         (neuron < self.quant.outputs()).then_some(neuron)
     }
 
     /// The input read by multiplier `simd` in cycle `fold` of a frame; `None` for padding.
     pub fn input(&self, simd: usize, fold: usize) -> Option<usize> {
-        let input = fold % self.synapse_folds() * self.fold.simd + simd;
+        let input = self.groups(fold).1 * self.fold.simd + simd;
         (input < self.quant.inputs()).then_some(input)
     }
 

@@ -32,7 +32,7 @@ pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
     let fronts = chains(&kept(&net.shared), None, shared);
     let plans = fronts.into_iter().map(|front| {
         let networks = layers.iter().map(|layers| {
-            let all = chains(layers, front.lanes(), interval);
+            let all = chains(layers, front.beats(), interval);
             cheapest(all)
         });
         let networks: Vec<Chain> = networks.collect();
@@ -59,28 +59,46 @@ pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
     }
 }
 
+/// How words leave a layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Beats {
+    /// Words of a beat.
+    lanes: usize,
+    /// Clocks from a beat to the next, at least.
+    gap: usize,
+}
+
 /// Layers one behind the other.
 #[derive(Clone, Debug)]
 struct Chain {
     cost: usize,
-    /// Lanes of what is in front, if anything streams into the first layer.
-    before: Option<usize>,
+    /// Beats of what is in front, if anything streams into the first layer.
+    before: Option<Beats>,
     layers: Vec<Layer>,
+    /// Beats of the last layer.
+    last: Option<Beats>,
 }
 
 impl Chain {
-    /// Lanes of the last layer.
-    fn lanes(&self) -> Option<usize> {
-        self.layers
-            .last()
-            .map_or(self.before, |layer| Some(layer.lanes))
+    /// What streams into a next layer.
+    fn beats(&self) -> Option<Beats> {
+        self.last.or(self.before)
     }
 
-    fn with(&self, layer: &Arc<QuantLayer>, fold: Fold, interval: usize) -> Option<Self> {
-        let layer = arrange(layer, self.lanes(), fold, interval);
+    fn with(
+        &self,
+        layer: &Arc<QuantLayer>,
+        (feed, fold): (Feed, Fold),
+        interval: usize,
+    ) -> Option<Self> {
+        let layer = arrange(layer, feed, fold, interval);
         (layer.folds() <= interval).then(|| {
             let mut longer = self.clone();
             longer.cost += cost(&layer);
+            longer.last = Some(Beats {
+                lanes: layer.lanes,
+                gap: layer.output_gap(self.beats().map_or(1, |beats| beats.gap)),
+            });
             longer.layers.push(layer);
             longer
         })
@@ -92,23 +110,24 @@ fn cheapest(chains: Vec<Chain>) -> Chain {
     least.expect("full parallelism takes one cycle")
 }
 
-/// The cheapest foldings of some layers, one for each number of lanes that the last can have.
+/// The cheapest foldings of some layers, one for each kind of beats that the last can put out.
 ///
-/// That number is all that the next layer knows of those before it, so that nothing else need be
-/// kept of them.
-fn chains(layers: &[Arc<QuantLayer>], before: Option<usize>, interval: usize) -> Vec<Chain> {
+/// These are all that the next layer knows of those before it, so that nothing else need be kept of
+/// them.
+fn chains(layers: &[Arc<QuantLayer>], before: Option<Beats>, interval: usize) -> Vec<Chain> {
     let start = Chain {
         cost: 0,
         before,
         layers: Vec::new(),
+        last: None,
     };
     layers.iter().fold(vec![start], |fronts, layer| {
-        let mut best: BTreeMap<Option<usize>, Chain> = BTreeMap::new();
-        let mut consider = |front: &Chain, fold: Fold| {
-            let Some(chain) = front.with(layer, fold, interval) else {
+        let mut best: BTreeMap<Option<Beats>, Chain> = BTreeMap::new();
+        let mut consider = |front: &Chain, feed: Feed, fold: Fold| {
+            let Some(chain) = front.with(layer, (feed, fold), interval) else {
                 return;
             };
-            match best.entry(chain.lanes()) {
+            match best.entry(chain.beats()) {
                 Entry::Vacant(entry) => {
                     entry.insert(chain);
                 }
@@ -121,12 +140,18 @@ fn chains(layers: &[Arc<QuantLayer>], before: Option<usize>, interval: usize) ->
         // A layer that holds its whole input does not care who filled it.
         let front = cheapest(fronts.clone());
         for fold in foldings(layer, interval) {
-            consider(&front, fold);
+            consider(&front, Feed::Replay, fold);
         }
         for front in &fronts {
-            if let Some(simd) = front.lanes() {
-                let pe = layer.outputs();
-                consider(front, Fold { pe, simd });
+            let Some(beats) = front.beats() else { continue };
+            let simd = beats.lanes;
+            let pe = layer.outputs();
+            consider(front, Feed::Direct, Fold { pe, simd });
+            for folds in 2..=beats.gap.min(layer.outputs()) {
+                let pe = layer.outputs().div_ceil(folds);
+                if layer.outputs().div_ceil(pe) == folds {
+                    consider(front, Feed::Hold, Fold { pe, simd });
+                }
             }
         }
         best.into_values().collect()
@@ -223,17 +248,12 @@ fn used(net: &QuantNet, shared: u32, interval: u32, count: fn(&Layer) -> usize) 
     plan.layers().map(count).sum()
 }
 
-/// `before`: lanes of the layer in front, if one streams into this one.
-fn arrange(layer: &Arc<QuantLayer>, before: Option<usize>, fold: Fold, interval: usize) -> Layer {
-    let one_pass = fold.pe >= layer.outputs();
-    let feed = if one_pass && before == Some(fold.simd) {
-        Feed::Direct
-    } else {
-        Feed::Replay
-    };
+fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, interval: usize) -> Layer {
     let synapse_folds = layer.inputs().div_ceil(fold.simd);
     // A group's sums may leave as slowly as the next group's sums arrive.
-    let patience = if one_pass {
+    let patience = if feed == Feed::Hold {
+        1
+    } else if fold.pe >= layer.outputs() {
         interval.max(synapse_folds)
     } else {
         synapse_folds
@@ -255,10 +275,11 @@ fn cost(layer: &Layer) -> usize {
     let sum = to_usize(layer.quant.sum_width);
     let operands = match layer.feed {
         Feed::Direct => 0,
+        Feed::Hold => layer.fold.simd * word,
         Feed::Replay => 2 * layer.quant.inputs() * word,
     };
     let accumulators = if layer.accumulates() {
-        layer.fold.pe * sum
+        layer.turns() * layer.fold.pe * sum
     } else {
         0
     };

@@ -83,6 +83,13 @@ impl Schedule {
 fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<usize> {
     let operands: Vec<usize> = match (layer.feed, before) {
         (Feed::Direct, Some(beats)) => beats.to_vec(),
+        // Loaded, then a clock a group; only the last beat completes sums.
+        (Feed::Hold, Some(beats)) => {
+            let loaded = last(beats) + 1;
+            (0..layer.neuron_folds())
+                .map(|turn| loaded + turn)
+                .collect()
+        }
         (_, before) => {
             // One cycle to complete the vector, one to load it.
             let loaded = before.map_or(start, |beats| last(beats) + 2);
@@ -92,8 +99,12 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
     let drain = if layer.drain_beats() > 1 { 1 } else { 0 };
     let to_sum = sum_latency(layer) + drain;
     let behind = finish_latency(layer);
+    let operands_of_sum = match layer.feed {
+        Feed::Replay | Feed::Direct => layer.synapse_folds(),
+        Feed::Hold => 1,
+    };
     operands
-        .chunks(layer.synapse_folds())
+        .chunks(operands_of_sum)
         .flat_map(|group| {
             let sum = last(group) + to_sum;
             (0..layer.drain_beats()).map(move |beat| sum + beat + behind)

@@ -81,6 +81,9 @@ pub fn fixture() -> (FloatNet, Options) {
     relu.format.weights = QFormat::new(8, 6).ok();
     relu.format.bias = QFormat::new(10, 8).ok();
     to_format(&mut relu);
+    // Two beats, two clocks apart, for two neurons that take turns.
+    let narrow = layer(Activation::Relu, 2, 6, |_, _| None);
+    let turns = layer(Activation::Linear, 2, 2, |_, _| None);
     let outputs = |count: usize, scale: f64| Outputs {
         names: (0..count).map(|o| format!("out{o}")).collect(),
         unit: "m".into(),
@@ -108,6 +111,11 @@ pub fn fixture() -> (FloatNet, Options) {
             Network {
                 name: "b".into(),
                 layers: vec![sigmoid, relu],
+                outputs: outputs(2, 1.0),
+            },
+            Network {
+                name: "c".into(),
+                layers: vec![narrow, turns],
                 outputs: outputs(2, 1.0),
             },
         ],

@@ -59,6 +59,8 @@ fn the_fixture_has_what_mutants_need() {
         "several networks",
         "replay feed",
         "direct feed",
+        "hold feed",
+        "neurons that take turns",
         "accumulators",
         "no accumulators",
         "drain",

@@ -104,6 +104,11 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
         mark(quant.activation.name(), true);
         mark("replay feed", layer.feed == Feed::Replay);
         mark("direct feed", layer.feed == Feed::Direct);
+        mark("hold feed", layer.feed == Feed::Hold);
+        mark(
+            "neurons that take turns",
+            layer.turns() > 1 && layer.accumulates(),
+        );
         mark("accumulators", layer.accumulates());
         mark("no accumulators", !layer.accumulates());
         mark("drain", layer.drain_beats() > 1);

@@ -57,8 +57,11 @@ pub(super) struct Array {
     /// `enable_q` and `first_q`, the same in all elements.
     enable: bool,
     first: bool,
-    /// `[block]`
+    /// `[group][block]`, a group for each neuron that takes turns in an element.
     accumulators: Option<Vec<Row>>,
+    turns: usize,
+    /// The group whose turn it is.
+    turn: usize,
 }
 
 impl Array {
@@ -99,7 +102,11 @@ impl Array {
             newest: 0,
             enable: false,
             first: false,
-            accumulators: layer.accumulates().then(|| vec![zero; blocks]),
+            accumulators: layer
+                .accumulates()
+                .then(|| vec![zero; layer.turns() * blocks]),
+            turns: layer.turns(),
+            turn: 0,
         }
     }
 
@@ -122,11 +129,23 @@ impl Array {
         self.words[(self.newest + age) % slots].saturating_sub(1)
     }
 
+    /// The group whose sum came so many sums ago; the newest at 0.
+    #[inline]
+    fn group(&self, age: usize) -> usize {
+        let group = self.turn + self.turns - 1 - age;
+        if group < self.turns {
+            group
+        } else {
+            group - self.turns
+        }
+    }
+
     /// Writes one sum an element: the accumulators, or the feet of the trees.
     #[inline]
     pub(super) fn sums(&self, sums: &mut [i64]) {
         if let Some(accumulators) = &self.accumulators {
-            for (sum, real) in sums.iter_mut().zip(accumulators.as_flattened()) {
+            let newest = &accumulators[self.group(0) * self.blocks..];
+            for (sum, real) in sums.iter_mut().zip(newest.as_flattened()) {
                 *sum = code(*real);
             }
             return;
@@ -160,12 +179,16 @@ impl Array {
         {
             let (operands, weights) = self.history(FOOT + self.levels);
             let mut at = 0;
-            for sum in &mut accumulators {
+            for sum in &mut accumulators[self.turn * self.blocks..][..self.blocks] {
                 let foot = dot(operands, &weights[at..]);
                 *sum = if self.first { foot } else { add(sum, &foot) };
                 at += self.simd;
             }
             self.accumulators = Some(accumulators);
+            self.turn += 1;
+            if self.turn == self.turns {
+                self.turn = 0;
+            }
         }
         (self.enable, self.first) = (enable, first);
         // The oldest slot becomes the newest.
@@ -230,8 +253,10 @@ impl Array {
                 }
                 if let Some(accumulators) = &self.accumulators {
                     within(probe, format_args!("u_acc"), |probe| {
-                        let sum = code(accumulators[p / 4][p % 4]);
-                        probe.word("sum_q", self.sum_bits, sum);
+                        let sum =
+                            |age| code(accumulators[self.group(age) * self.blocks + p / 4][p % 4]);
+                        let sums: Vec<i64> = (0..self.turns).map(sum).collect();
+                        probe.words("sum_q", self.sum_bits, &sums);
                     });
                 }
             });

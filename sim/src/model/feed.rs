@@ -70,8 +70,12 @@ impl Gather {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.words("slot_q", self.bits, &self.slots);
-        let taken: Vec<i64> = (0..self.beats).map(|b| (b < self.taken).into()).collect();
-        probe.words("taken_q", 1, &taken);
+        if self.beats > 1 {
+            let taken: Vec<i64> = (1..self.beats).map(|b| (b <= self.taken).into()).collect();
+            within(probe, format_args!("g_taken"), |probe| {
+                probe.words("taken_q", 1, &taken);
+            });
+        }
         probe.bit("flag_q", self.flag);
         for copy in 0..self.starts {
             within(probe, format_args!("g_copy[{copy}]"), |probe| {
@@ -222,5 +226,85 @@ impl Beats {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.count("address_q", address_bits(self.beats), self.address);
+    }
+}
+
+/// `hwg_hold`.
+#[derive(Clone, Debug)]
+pub(super) struct Hold {
+    bits: u32,
+    beats: usize,
+    folds: usize,
+    words: Vec<i64>,
+    /// Clocks that the beat is still offered.
+    left: usize,
+    address: usize,
+    flag: bool,
+}
+
+impl Hold {
+    pub(super) fn new(words: usize, beats: usize, folds: usize, bits: u32) -> Self {
+        Self {
+            bits,
+            beats,
+            folds,
+            words: vec![0; words],
+            left: 0,
+            address: 0,
+            flag: false,
+        }
+    }
+
+    #[inline]
+    pub(super) fn control(&self) -> Control {
+        let beat = self.address / self.folds;
+        Control {
+            valid: self.left != 0,
+            first: beat == 0,
+            last: beat == self.beats - 1,
+            flag: self.flag,
+        }
+    }
+
+    #[inline]
+    pub(super) fn words(&self) -> &[i64] {
+        &self.words
+    }
+
+    #[inline]
+    pub(super) fn address(&self) -> usize {
+        self.address
+    }
+
+    #[inline]
+    pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
+        let offered = self.left != 0;
+        if valid {
+            self.words.copy_from_slice(data);
+            self.flag = flag;
+        }
+        self.left = if valid {
+            self.folds
+        } else {
+            self.left.saturating_sub(1)
+        };
+        if offered {
+            self.address = (self.address + 1) % (self.beats * self.folds);
+        }
+        if reset {
+            (self.left, self.address) = (0, 0);
+        }
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        let left: Vec<i64> = (0..self.folds).map(|i| (i < self.left).into()).collect();
+        probe.words("word_q", self.bits, &self.words);
+        probe.words("left_q", 1, &left);
+        probe.count(
+            "address_q",
+            address_bits(self.beats * self.folds),
+            self.address,
+        );
+        probe.bit("flag_q", self.flag);
     }
 }

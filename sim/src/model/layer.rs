@@ -5,7 +5,7 @@ use hwgen_spec::device::Device;
 use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 
 use super::array::{Array, Drain, Group, real};
-use super::feed::{Beats, Control, Replay};
+use super::feed::{Beats, Control, Hold, Replay};
 use super::finish::{Requant, Units};
 use super::probe::{Probe, within};
 
@@ -21,6 +21,7 @@ pub(super) struct Beat<'a> {
 enum Operands {
     Replay(Replay),
     Direct(Beats),
+    Hold(Hold),
 }
 
 /// `<design>_<layer>`.
@@ -50,6 +51,9 @@ impl LayerModel {
                     Operands::Replay(Replay::new(simd, synapse_folds, layer.neuron_folds(), bits))
                 }
                 Feed::Direct => Operands::Direct(Beats::new(synapse_folds)),
+                Feed::Hold => {
+                    Operands::Hold(Hold::new(simd, synapse_folds, layer.neuron_folds(), bits))
+                }
             },
             control: Delay::new(
                 if layer.accumulates() { 4 } else { 2 },
@@ -143,6 +147,13 @@ impl LayerModel {
                 beats.step(reset, input.valid);
                 control
             }
+            Operands::Hold(hold) => {
+                let control = hold.control();
+                let words = hold.words().iter().map(|word| real(*word));
+                self.array.step(words, hold.address(), enable, first);
+                hold.step(reset, input.valid, input.flag, input.words);
+                control
+            }
         };
         let code = if self.group.is_some() {
             u64::from(control.valid) << 3
@@ -164,6 +175,7 @@ impl LayerModel {
                 Operands::Direct(beats) => {
                     within(probe, format_args!("u_beats"), |p| beats.show(p));
                 }
+                Operands::Hold(hold) => within(probe, format_args!("u_hold"), |p| hold.show(p)),
             }
             self.array.show_operands("operands_q", 0, probe);
             within(probe, format_args!("u_control"), |p| self.control.show(p));

@@ -16,7 +16,7 @@ struct Node {
     layer: LayerModel,
     gather: Option<Gather>,
     /// Whether the layer takes beats, not whole vectors.
-    direct: bool,
+    streams: bool,
     /// The node in front; `None` reads the input frame.
     before: Option<usize>,
 }
@@ -52,7 +52,7 @@ impl StageModel {
                 gather: (starts > 0).then(|| {
                     Gather::new(quant.outputs(), layer.lanes, quant.output.width(), starts)
                 }),
-                direct: layer.feed == Feed::Direct,
+                streams: layer.feed != Feed::Replay,
                 before,
             });
             nodes.len() - 1
@@ -148,7 +148,7 @@ impl StageModel {
                     flag: false,
                     words: entry.words,
                 },
-                Some(before) if node.direct => before.layer.beat(),
+                Some(before) if node.streams => before.layer.beat(),
                 Some(before) => {
                     let gather = before.gather.as_ref().expect("a vector is wanted");
                     Beat {

@@ -32,17 +32,27 @@ module hwg_gather #(
   // The slots that hold the padding of the last beat are read by none.
   reg [SLOTS*WIDTH-1:0] slot_q  = {SLOTS*WIDTH{1'b0}};
   // verilator lint_on UNUSED
-  reg [BEATS-1:0]       taken_q = {BEATS{1'b0}};  // a one for each beat of the frame, from below
   reg                   flag_q  = 1'b0;
 
-  wire [BEATS-1:0] more = ~(~taken_q << 1);  // one beat more
-  wire [BEATS-1:0] here = more & ~taken_q;   // where the next beat goes
-  wire             last = here[BEATS-1];
+  // A one for each beat of the frame that came, from below; the last one's place is the next frame's
+  // beginning. So the register itself tells, without a gate, whether the next beat is the last.
+  wire [BEATS-1:0] taken;
+  wire [BEATS-1:0] more = ~(~taken << 1);  // one beat more
+  wire [BEATS-1:0] here = more & ~taken;   // where the next beat goes
+  wire             last = more[BEATS-1];
 
-  always @(posedge clk_i) begin
-    if (rst_i)        taken_q <= {BEATS{1'b0}};
-    else if (valid_i) taken_q <= last ? {BEATS{1'b0}} : more;
-  end
+  generate
+    if (BEATS > 1) begin : g_taken
+      reg [BEATS-2:0] taken_q = {(BEATS-1){1'b0}};
+      always @(posedge clk_i) begin
+        if (rst_i)        taken_q <= {(BEATS-1){1'b0}};
+        else if (valid_i) taken_q <= last ? {(BEATS-1){1'b0}} : more[BEATS-2:0];
+      end
+      assign taken = {1'b0, taken_q};
+    end else begin : g_whole
+      assign taken = 1'b0;
+    end
+  endgenerate
 
   // Copies that drive a part of the readers' words each: `keep` keeps them.
   genvar g;

@@ -6,8 +6,8 @@
 //              size: 3 relu, 1 linear
 // Format:    words of the input frame are read as Q7.5; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   118 clocks from start to the output frame; a frame every 14 clocks.
-// Overflow:  inside there is no back-pressure: at most 9 frames are under way, and the queues
+// Latency:   111 clocks from start to the output frame; a frame every 14 clocks.
+// Overflow:  inside there is no back-pressure: at most 8 frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
 // Model:     hwgen: sim/src/model/stage.rs
@@ -44,7 +44,7 @@ module pair_mlp (
 
   hwg_admit #(
     .INTERVAL(14),
-    .CREDITS (9)
+    .CREDITS (8)
   ) u_admit (
     .clk_i       (clk_i),
     .rst_i       (rst_q2),
@@ -60,7 +60,7 @@ module pair_mlp (
   wire unused_frames_ready;  // credits keep the queues from being full
   hwg_queue #(
     .WIDTH(2),
-    .DEPTH(9)
+    .DEPTH(8)
   ) u_frames (
     .clk_i       (clk_i),
     .rst_i       (rst_q2),
@@ -159,24 +159,6 @@ module pair_mlp (
     .flag_o  (turn_l1_flag),
     .words_o (turn_l1_words)
   );
-  wire turn_l1_start;
-  wire turn_l1_clipped;
-  wire [41:0] turn_l1_vector;
-  hwg_gather #(
-    .WORDS (3),
-    .LANES (1),
-    .WIDTH (14),
-    .STARTS(1)
-  ) u_turn_l1_gather (
-    .clk_i   (clk_i),
-    .rst_i   (turn_l1_rst_q2),
-    .valid_i (turn_l1_valid),
-    .flag_i  (turn_l1_flag),
-    .data_i  (turn_l1_words),
-    .start_o (turn_l1_start),
-    .flag_o  (turn_l1_clipped),
-    .vector_o(turn_l1_vector)
-  );
 
   // Layer turn_out: 3 to 3 linear, 1 x 1 multiplier for 9 clocks.
   (* keep *) reg turn_out_rst_q2 = 1'b1;
@@ -187,9 +169,9 @@ module pair_mlp (
   pair_turn_out u_turn_out (
     .clk_i   (clk_i),
     .rst_i   (turn_out_rst_q2),
-    .start_i (turn_l1_start),
-    .flag_i  (turn_l1_clipped),
-    .vector_i(turn_l1_vector),
+    .valid_i (turn_l1_valid),
+    .flag_i  (turn_l1_flag),
+    .words_i (turn_l1_words),
     .valid_o (turn_out_valid),
     .flag_o  (turn_out_flag),
     .words_o (turn_out_words)
@@ -278,7 +260,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) turn_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(61),
-    .DEPTH(9)
+    .DEPTH(8)
   ) u_turn_answers (
     .clk_i       (clk_i),
     .rst_i       (turn_rst_q2),
@@ -304,7 +286,7 @@ module pair_mlp (
   (* keep *) always @(posedge clk_i) size_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(21),
-    .DEPTH(9)
+    .DEPTH(8)
   ) u_size_answers (
     .clk_i       (clk_i),
     .rst_i       (size_rst_q2),

@@ -2,8 +2,8 @@
 // pair_turn_out: layer turn_out, 3 inputs, 3 linear neurons.
 //
 // Function:  y = linear(W x + b): 1 neuron x 1 input a clock, 9 clocks a frame;
-//            the vector is held and offered 3 times, once for each group of neurons.
-//            A sum takes 3 clocks and is kept in an accumulator.
+//            each beat of the layer before is offered 3 times, once for each neuron.
+//            3 sums take turns in an accumulator.
 // Format:    x Q0.13, W Q2.6, y Q1.18 (20 bits).
 // Latency:   7 clocks from an operand to its sum, 5 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q1.18 raises flag_o.
@@ -15,9 +15,9 @@
 module pair_turn_out (
   input  wire        clk_i,
   input  wire        rst_i,
-  input  wire        start_i,   // the vector is whole
+  input  wire        valid_i,
   input  wire        flag_i,    // a word before was clipped
-  input  wire [41:0] vector_i,
+  input  wire [13:0] words_i,
   output wire        valid_o,
   output wire        flag_o,
   output wire [19:0] words_o
@@ -29,20 +29,17 @@ module pair_turn_out (
   wire flag;
   wire [13:0] operands;
   wire [3:0] address;
-  hwg_replay #(
-    .WORDS        (3),
-    .SIMD         (1),
+  hwg_hold #(
+    .BEATS        (3),
+    .FOLDS        (3),
     .WIDTH        (14),
-    .SYNAPSE_FOLDS(3),
-    .NEURON_FOLDS (3),
-    .ADDRESS_WIDTH(4),
-    .STARTS       (1)
-  ) u_replay (
+    .ADDRESS_WIDTH(4)
+  ) u_hold (
     .clk_i    (clk_i),
     .rst_i    (rst_i),
-    .start_i  (start_i),
+    .valid_i  (valid_i),
     .flag_i   (flag_i),
-    .vector_i (vector_i),
+    .words_i  (words_i),
     .valid_o  (valid),
     .first_o  (first),
     .last_o   (last),

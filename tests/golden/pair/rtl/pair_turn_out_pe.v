@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // pair_turn_out_pe: one neuron at a time of layer turn_out, 1 input a clock.
 //
-// Function:  sum_o = sum of operand * weight, accumulated over a group of clocks.
+// Function:  sum_o = sum of operand * weight, accumulated over the beats, several neurons in turns.
 // Format:    operands Q0.13, weights Q2.6 (finer where a neuron has a shift of its own),
 //            products 23 bits, sums 23 bits, all exact.
 // Latency:   6 clocks from operands to sum_o; weights come two clocks after their operands.
@@ -52,7 +52,8 @@ module pair_turn_out_pe (
 
   hwg_accumulator #(
     .WIDTH    (23),
-    .SUM_WIDTH(23)
+    .SUM_WIDTH(23),
+    .SUMS     (3)
   ) u_acc (
     .clk_i   (clk_i),
     .enable_i(enable_q),

@@ -30,13 +30,13 @@ module pair_turn_out_w0 (
     (* rom_style = "logic" *)
     case (address_q2)
       4'd0: data_q <= 9'h0c0;  // neuron 0, input 0
-      4'd1: data_q <= 9'h000;  // neuron 0, input 1
-      4'd2: data_q <= 9'h000;  // neuron 0, input 2
-      4'd3: data_q <= 9'h000;  // neuron 1, input 0
+      4'd1: data_q <= 9'h000;  // neuron 1, input 0
+      4'd2: data_q <= 9'h000;  // neuron 2, input 0
+      4'd3: data_q <= 9'h000;  // neuron 0, input 1
       4'd4: data_q <= 9'h140;  // neuron 1, input 1
-      4'd5: data_q <= 9'h000;  // neuron 1, input 2
-      4'd6: data_q <= 9'h000;  // neuron 2, input 0
-      4'd7: data_q <= 9'h000;  // neuron 2, input 1
+      4'd5: data_q <= 9'h000;  // neuron 2, input 1
+      4'd6: data_q <= 9'h000;  // neuron 0, input 2
+      4'd7: data_q <= 9'h000;  // neuron 1, input 2
       4'd8: data_q <= 9'h080;  // neuron 2, input 2
       default: data_q <= 9'h0;
     endcase

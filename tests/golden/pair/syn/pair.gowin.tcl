@@ -11,6 +11,7 @@ add_file -type verilog $root/rtl/hwg_egress.v
 add_file -type verilog $root/rtl/hwg_fifo.v
 add_file -type verilog $root/rtl/hwg_gather.v
 add_file -type verilog $root/rtl/hwg_group.v
+add_file -type verilog $root/rtl/hwg_hold.v
 add_file -type verilog $root/rtl/hwg_ingress.v
 add_file -type verilog $root/rtl/hwg_mul.v
 add_file -type verilog $root/rtl/hwg_pwl.v

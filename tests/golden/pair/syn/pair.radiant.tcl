@@ -12,6 +12,7 @@ foreach file {
   rtl/hwg_fifo.v
   rtl/hwg_gather.v
   rtl/hwg_group.v
+  rtl/hwg_hold.v
   rtl/hwg_ingress.v
   rtl/hwg_mul.v
   rtl/hwg_pwl.v
