@@ -106,6 +106,11 @@ fn table_operands(table: &OddTable) -> (u32, u32) {
 /// A multiplier of so many bits: one block, or where these are too few as many as the operands'
 /// parts meet, and the sums of their products.
 fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
+    if !device.has_multipliers() {
+        // An adder for each bit but one of the shorter operand.
+        let (short, long) = (a.min(b), a.max(b));
+        return luts(u64::from((short - 1) * (long + 1)));
+    }
     let most = device.multiplier_bits.unwrap_or(1);
     let multipliers = u64::from(a.div_ceil(most) * b.div_ceil(most));
     Sites {
@@ -218,9 +223,12 @@ fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
     let kept = columns.len();
     if !device.rom_in_logic(words.len()) {
         let block = device.block_ram_bits.unwrap_or(u32::MAX) as usize;
-        let wanted = kept * words.len().next_power_of_two();
+        let pieces = device.pieces_of_rom(words.len());
+        let wanted = |depth: &usize| (kept * depth.next_power_of_two()).div_ceil(block) as u64;
         return Sites {
-            block_rams: wanted.div_ceil(block) as u64,
+            block_rams: pieces.iter().map(wanted).sum(),
+            // Of several memories one is chosen.
+            lut4: (kept * (pieces.len() - 1)) as u64,
             ..Sites::default()
         };
     }

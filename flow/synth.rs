@@ -18,8 +18,8 @@ use std::time::Duration;
 
 use hwgen_gen::{Source, sha256, shell, yosys_commands};
 use hwgen_sim::error::ToolError;
-use hwgen_sim::tool::{self, FoundTool, Invocation, NEXTPNR_ECP5, Toolbox, YOSYS};
-use hwgen_spec::device::{Device, Place, Sites};
+use hwgen_sim::tool::{self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, Tool, Toolbox, YOSYS};
+use hwgen_spec::device::{Device, Place, PlaceTool, Sites};
 use serde::Serialize;
 
 use netlist::Part;
@@ -148,7 +148,8 @@ impl Plan<'_> {
     /// If a tool is missing, fails, takes too long or writes what cannot be read.
     pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Synthesis, SynthError> {
         let yosys = self.toolbox.find(&YOSYS)?;
-        let nextpnr = self.toolbox.find(&NEXTPNR_ECP5)?;
+        let (nextpnr, pin_options) = placer(self.place.tool);
+        let nextpnr = self.toolbox.find(nextpnr)?;
         let total = 1 + self.seeds.len();
         let shell = shell(&self.source.design, &self.source.manifest.digest);
         let script = self.script();
@@ -170,7 +171,7 @@ impl Plan<'_> {
             &[
                 ("shell.v", &shell.text),
                 ("synth.ys", &script),
-                ("pins.lpf", &pins),
+                (PINS, &pins),
             ],
         )?;
         progress(Progress {
@@ -199,7 +200,13 @@ impl Plan<'_> {
             placed: None,
         };
         if synthesis.fits(self.device) {
-            synthesis.routes = self.place_all(&nextpnr, &directory, progress)?;
+            synthesis.routes = self.place_all(&nextpnr, pin_options, &directory, progress)?;
+            if self.place.sites.ff.is_none() {
+                for route in &mut synthesis.routes {
+                    route.cells.ff = synthesis.netlist.ff;
+                    route.available.ff = route.available.lut4;
+                }
+            }
             let first = self.seeds.first().filter(|_| self.keep_places);
             synthesis.placed = first.map(|seed| directory.join(self.placed(*seed)));
         }
@@ -237,10 +244,13 @@ impl Plan<'_> {
 
     /// The clock's pin; the other two may be anywhere.
     fn pins(&self) -> String {
-        format!(
-            "LOCATE COMP \"clk_i\" SITE \"{}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n",
-            self.place.clock_pin
-        )
+        let pin = &self.place.clock_pin;
+        match self.place.tool {
+            PlaceTool::Ecp5 => format!(
+                "LOCATE COMP \"clk_i\" SITE \"{pin}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"
+            ),
+            PlaceTool::Ice40 => format!("set_io clk_i {pin}\n"),
+        }
     }
 
     /// Puts what the tools read into the directory.
@@ -281,6 +291,7 @@ impl Plan<'_> {
     fn place_all(
         &self,
         nextpnr: &FoundTool,
+        pin_options: &[&str],
         directory: &Path,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Vec<Route>, SynthError> {
@@ -297,7 +308,7 @@ impl Plan<'_> {
                     done: 1 + done.load(Ordering::SeqCst),
                     total: 1 + self.seeds.len(),
                 });
-                let route = self.place_one(nextpnr, directory, *seed);
+                let route = self.place_one(nextpnr, pin_options, directory, *seed);
                 if route.is_err() {
                     // Nothing more is begun.
                     next.store(self.seeds.len(), Ordering::SeqCst);
@@ -328,6 +339,7 @@ impl Plan<'_> {
     fn place_one(
         &self,
         nextpnr: &FoundTool,
+        pin_options: &[&str],
         directory: &Path,
         seed: u64,
     ) -> Result<Route, SynthError> {
@@ -339,12 +351,10 @@ impl Plan<'_> {
             let part = format!("{label}.part.json");
             let placed_part = format!("{label}.placed.part.json");
             let mut arguments = self.place.arguments.clone();
+            arguments.extend(pin_options.iter().map(|&option| option.to_owned()));
             let own = [
                 "--json",
                 "netlist.json",
-                "--lpf",
-                "pins.lpf",
-                "--lpf-allow-unconstrained",
                 "--freq",
                 &self.sought_mhz.to_string(),
                 "--seed",
@@ -381,6 +391,23 @@ impl Plan<'_> {
             fs::rename(&part, &report).map_err(io(&part))?;
         }
         Route::read(&report, seed, self.place)
+    }
+}
+
+/// What the file of pins is called.
+const PINS: &str = "pins.txt";
+
+/// The tool, and its options for the file of pins; those that are not in it may be anywhere.
+fn placer(tool: PlaceTool) -> (&'static Tool, &'static [&'static str]) {
+    match tool {
+        PlaceTool::Ecp5 => (
+            &NEXTPNR_ECP5,
+            &["--lpf", PINS, "--lpf-allow-unconstrained"],
+        ),
+        PlaceTool::Ice40 => (
+            &NEXTPNR_ICE40,
+            &["--pcf", PINS, "--pcf-allow-unconstrained"],
+        ),
     }
 }
 

@@ -106,7 +106,7 @@ impl Route {
             let named = |name: &str| of(report.utilization.get(name).copied().unwrap_or_default());
             Sites {
                 lut4: named(&known.sites.lut4),
-                ff: named(&known.sites.ff),
+                ff: known.sites.ff.as_deref().map_or(0, named),
                 multipliers: named(&known.sites.multipliers),
                 block_rams: named(&known.sites.block_rams),
             }

@@ -64,10 +64,10 @@ pub fn generate(design: &Design, net: &FloatNet) -> Bundle {
         }
     }
     files.extend(top::rtl(design, &header));
-    let family = design.device().family;
-    files.extend(library::cells_used_by(&files, family));
+    let device = design.device();
+    files.extend(library::cells_used_by(&files, device));
     files.sort_by(|a, b| a.path.cmp(&b.path));
-    let models = library::models_used_by(&files, family);
+    let models = library::models_used_by(&files, device);
     files.extend(top::around(design, &header, &files, &models));
     files.extend(models);
     files.push(File {

@@ -1,6 +1,6 @@
 //! The static cells of `rtl/lib`, and what a family has in their place.
 
-use hwgen_spec::device::Family;
+use hwgen_spec::device::{Device, Family};
 
 use crate::bundle::File;
 
@@ -36,12 +36,13 @@ struct Replacements {
     models: &'static [(&'static str, &'static str)],
 }
 
-fn replacements(family: Family) -> Replacements {
-    match family {
-        Family::Generic => Replacements {
+fn replacements(device: &Device) -> Replacements {
+    match device.family {
+        _ if !device.has_multipliers() => Replacements {
             cells: &[],
             models: &[],
         },
+        Family::Generic => unreachable!("no number of multipliers is known of it"),
         Family::Ecp5 => Replacements {
             cells: &[("hwg_mul", include_str!("../../rtl/devices/ecp5/hwg_mul.v"))],
             models: &[(
@@ -49,12 +50,22 @@ fn replacements(family: Family) -> Replacements {
                 include_str!("../../rtl/devices/ecp5/MULT18X18D.v"),
             )],
         },
+        Family::Ice40 => Replacements {
+            cells: &[(
+                "hwg_mul",
+                include_str!("../../rtl/devices/ice40/hwg_mul.v"),
+            )],
+            models: &[(
+                "SB_MAC16",
+                include_str!("../../rtl/devices/ice40/SB_MAC16.v"),
+            )],
+        },
     }
 }
 
 /// The cells that the files instantiate, and those that these do, with the bodies of a family.
-pub(crate) fn cells_used_by(files: &[File], family: Family) -> Vec<File> {
-    let own = replacements(family).cells;
+pub(crate) fn cells_used_by(files: &[File], device: &Device) -> Vec<File> {
+    let own = replacements(device).cells;
     let mut used: Vec<&(&str, &str)> = Vec::new();
     let mut texts: Vec<&str> = files.iter().map(|f| f.text.as_str()).collect();
     while let Some(text) = texts.pop() {
@@ -75,8 +86,8 @@ pub(crate) fn cells_used_by(files: &[File], family: Family) -> Vec<File> {
 }
 
 /// Models of the family's blocks that the files instantiate.
-pub(crate) fn models_used_by(files: &[File], family: Family) -> Vec<File> {
-    let models = replacements(family).models.iter();
+pub(crate) fn models_used_by(files: &[File], device: &Device) -> Vec<File> {
+    let models = replacements(device).models.iter();
     models
         .filter(|(name, _)| files.iter().any(|f| instantiates(&f.text, name)))
         .map(|(name, text)| File {

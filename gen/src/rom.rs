@@ -30,7 +30,18 @@ struct Rom<'a> {
     width: usize,
     rom_style: &'static str,
     rom_note: String,
+    /// Memories that it is built of, if there are several.
+    pieces: Vec<Piece>,
+    pieces_range: String,
     blocks: Vec<Block>,
+}
+
+/// A memory of several that a ROM is built of.
+struct Piece {
+    /// The register that its words are read into.
+    data: String,
+    /// Whether an address is one of it.
+    here: String,
 }
 
 /// A part of the word that is read by an address of its own.
@@ -256,6 +267,11 @@ fn rom(
         Address::Used(copies) | Address::Copied(copies) => copies,
     };
     let fields = words[0].0.len() / copies;
+    let pieces = if copies == 1 {
+        header.device.pieces_of_rom(words.len())
+    } else {
+        vec![words.len()]
+    };
     let mut low = 0;
     let blocks = (0..copies)
         .map(|copy| {
@@ -283,6 +299,11 @@ fn rom(
             block
         })
         .collect();
+    let (pieces, blocks) = if pieces.len() == 1 {
+        (Vec::new(), blocks)
+    } else {
+        in_pieces(&pieces, blocks, read, address)
+    };
     let most = bits(header.device.logic_rom_words);
     let (rom_style, rom_note) = if header.device.rom_in_logic(words.len()) {
         ("logic", format!("up to {most} go to logic"))
@@ -314,9 +335,53 @@ fn rom(
             words.len(),
             plural(words.len())
         ),
+        pieces_range: range(pieces.len()),
+        pieces,
         blocks,
     };
     header.rtl(module, finish(text.render()))
+}
+
+/// The rows of a ROM, dealt to memories of falling depths, which are powers of two: the lowest bits
+/// of the address are one of a memory, those above say which.
+fn in_pieces(
+    depths: &[usize],
+    whole: Vec<Block>,
+    read: &str,
+    address: usize,
+) -> (Vec<Piece>, Vec<Block>) {
+    let mut rows = whole.into_iter().flat_map(|block| {
+        let width = block.width;
+        block.rows.into_iter().map(move |row| (width, row))
+    });
+    let mut first = 0;
+    let mut pieces = Vec::new();
+    let mut blocks = Vec::new();
+    for (number, depth) in depths.iter().enumerate() {
+        let own = address_width(*depth).min(address);
+        let data = format!("piece{number}_q");
+        let mut block = Block {
+            address: format!("{read}[{}:0]", own - 1),
+            data: data.clone(),
+            width: 0,
+            rows: Vec::new(),
+        };
+        for (at, (width, row)) in rows.by_ref().take(*depth).enumerate() {
+            block.width = width;
+            block.rows.push(Row {
+                address: format!("{own}'d{at}"),
+                ..row
+            });
+        }
+        let above = address - own;
+        pieces.push(Piece {
+            data,
+            here: format!("{read}[{}:{own}] == {above}'d{}", address - 1, first >> own),
+        });
+        blocks.push(block);
+        first += depth;
+    }
+    (pieces, blocks)
 }
 
 /// A sized hexadecimal literal of the fields, the first lowest.

@@ -51,6 +51,8 @@ pub fn yosys_commands(family: Family) -> (&'static str, &'static str) {
     match family {
         Family::Generic => ("", "synth"),
         Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
+        // Multipliers are instantiated: what is left is to be made of logic.
+        Family::Ice40 => ("+/ice40/cells_sim.v", "synth_ice40"),
     }
 }
 
@@ -63,6 +65,7 @@ pub(crate) fn all(module: &str, family: Family, sources: &[&str]) -> Vec<File> {
         family: match family {
             Family::Generic => "generic",
             Family::Ecp5 => "ECP5",
+            Family::Ice40 => "iCE40",
         },
         cells,
         synth,

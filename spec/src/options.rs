@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::device;
+
 /// A width for every layer, or for the layer that is named.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WidthSetting {
@@ -54,6 +56,15 @@ pub struct Options {
     /// Width of the output words; [`DEFAULT_OUTPUT_BITS`] if absent.
     #[serde(default)]
     pub output_bits: Option<u32>,
+}
+
+impl Options {
+    /// Bits of an operand that a multiplier of the device takes; no limit where none is known.
+    pub fn multiplier_bits(&self) -> u32 {
+        let device = self.device.as_deref().map(device::find);
+        let bits = device.and_then(|device| device.ok()?.multiplier_bits);
+        bits.unwrap_or(u32::MAX)
+    }
 }
 
 /// Width of weights.

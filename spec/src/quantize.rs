@@ -226,12 +226,14 @@ pub struct QuantNet {
 /// # Errors
 /// [`QuantizeError`] where an option or a trainer's format can't be met.
 pub fn quantize(net: &FloatNet, options: &Options) -> Result<QuantNet, QuantizeError> {
-    let input = InputFormat::of(net)?;
+    let multiplier_bits = options.multiplier_bits();
+    let input = InputFormat::of(net, multiplier_bits)?;
     let net = &input.in_one_format(net)?;
     let folded = fold_scales(net);
     settings::check(&folded, options)?;
     let mut quantizer = Quantizer {
         options,
+        multiplier_bits,
         deep: folded.is_deep(),
         tables: BTreeMap::new(),
     };

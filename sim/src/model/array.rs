@@ -43,6 +43,7 @@ pub(super) struct Array {
     sum_bits: u32,
     folds: usize,
     address_copies: usize,
+    hides_operands: bool,
     levels: usize,
     /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
     /// zero; word 0 is the zero of power-up.
@@ -91,6 +92,7 @@ impl Array {
             sum_bits: layer.quant.sum_width,
             folds: layer.folds(),
             address_copies: layer.address_copies(device),
+            hides_operands: device.hides_operands(),
             levels,
             weights,
             blocks,
@@ -236,9 +238,11 @@ impl Array {
                 for s in 0..self.simd {
                     within(probe, format_args!("g_mul[{s}]"), |probe| {
                         within(probe, format_args!("u_mul"), |probe| {
-                            probe.word("a_q", self.x_bits, code(a[s]));
-                            probe.word("b_q", self.w_bits, b[s]);
-                            probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
+                            if !self.hides_operands {
+                                probe.word("a_q", self.x_bits, code(a[s]));
+                                probe.word("b_q", self.w_bits, b[s]);
+                                probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
+                            }
                             probe.word("r_q", self.x_bits + self.w_bits, r_q[s]);
                         });
                     });

@@ -275,6 +275,7 @@ pub(super) struct Units {
     distance_bits: u32,
     one: i64,
     bits: u32,
+    hides_operands: bool,
     lanes: usize,
     /// Edges since power-up, as far as there may be blanks.
     edges: usize,
@@ -287,7 +288,7 @@ pub(super) struct Units {
 }
 
 impl Units {
-    pub(super) fn new(layer: &Layer) -> Option<Self> {
+    pub(super) fn new(layer: &Layer, device: &Device) -> Option<Self> {
         let table = Arc::clone(layer.quant.table.as_ref()?);
         let sigmoid = layer.quant.activation == Activation::Sigmoid;
         let shift = table.slope_bits() - GUARD_BITS;
@@ -298,6 +299,7 @@ impl Units {
             slope_bits: table.slope_bits(),
             distance_bits: table.distance_bits(),
             one,
+            hides_operands: device.hides_operands(),
             table,
             bits: layer.quant.output.width(),
             lanes,
@@ -401,9 +403,11 @@ impl Units {
             probe.word("sum_q", table.fraction() + table.slope_bits(), sum);
             probe.word("y_q", self.bits, y);
             within(probe, format_args!("u_mul"), |probe| {
-                probe.word("a_q", distance + 1, part(2));
-                probe.word("b_q", slope + 1, line(2).1);
-                probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+                if !self.hides_operands {
+                    probe.word("a_q", distance + 1, part(2));
+                    probe.word("b_q", slope + 1, line(2).1);
+                    probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+                }
                 probe.word("r_q", distance + slope + 2, part(4) * line(4).1);
             });
         });

@@ -26,12 +26,14 @@ pub struct InputFormat {
 impl InputFormat {
     /// Every input has the finest format of the default width that holds its box.
     ///
+    /// No word is wider than the device's multipliers, should the resolution ask for more.
+    ///
     /// There is one format for all where the file gives a resolution, which is one raw step for
     /// all, and where the words meet weights that the trainer fixed.
-    pub(super) fn of(net: &FloatNet) -> Result<Self, QuantizeError> {
+    pub(super) fn of(net: &FloatNet, multiplier_bits: u32) -> Result<Self, QuantizeError> {
         let inputs = &net.inputs;
         let formats = if inputs.resolution.is_some() || meets_fixed_weights(net) {
-            vec![common(inputs)?; inputs.names.len()]
+            vec![common(inputs, multiplier_bits)?; inputs.names.len()]
         } else {
             each(inputs)?
         };
@@ -100,7 +102,7 @@ fn meets_fixed_weights(net: &FloatNet) -> bool {
 }
 
 /// One format for all inputs: that of the resolution, or the finest that holds every box.
-fn common(inputs: &Inputs) -> Result<QFormat, QuantizeError> {
+fn common(inputs: &Inputs, multiplier_bits: u32) -> Result<QFormat, QuantizeError> {
     let low = inputs.min.iter().copied().fold(f64::INFINITY, f64::min);
     let high = inputs.max.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let Some(resolution) = inputs.resolution else {
@@ -124,6 +126,11 @@ fn common(inputs: &Inputs) -> Result<QFormat, QuantizeError> {
     })?;
     if format.width() > *OPERAND_BITS.end() {
         return Err(too_wide(format.width()));
+    }
+    // Finer than the device's multipliers take: one word more than fits would take four of them.
+    if format.width() > multiplier_bits {
+        let fraction = fraction - (format.width() - multiplier_bits).cast_signed();
+        return QFormat::with_fraction(fraction, low, high).map_err(|_| too_wide(format.width()));
     }
     if format.width() < least {
         return QFormat::new(least, fraction)

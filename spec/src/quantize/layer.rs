@@ -51,6 +51,9 @@ impl Signal {
 /// Quantizes layers one after the other, sharing activation tables.
 pub(super) struct Quantizer<'a> {
     pub(super) options: &'a Options,
+    /// Bits of an operand that a multiplier of the device takes, and so the most of a width that
+    /// nobody sets.
+    pub(super) multiplier_bits: u32,
     /// Whether a network has several tanh or sigmoid layers in front of its last one.
     pub(super) deep: bool,
     pub(super) tables: BTreeMap<u32, Arc<OddTable>>,
@@ -206,7 +209,8 @@ impl Quantizer<'_> {
         } else {
             DEFAULT_WEIGHT_BITS
         };
-        let bits = width_of(&self.options.weight_bits, name).unwrap_or(default);
+        let bits = width_of(&self.options.weight_bits, name)
+            .unwrap_or(default.min(self.multiplier_bits));
         let (least, most) = (layer.weights.min(), layer.weights.max());
         Some((least, most))
             .filter(|(least, most)| least.is_finite() && most.is_finite())
@@ -259,7 +263,7 @@ impl Quantizer<'_> {
                 let default = if readers.is_empty() {
                     self.options.output_bits.unwrap_or(DEFAULT_OUTPUT_BITS)
                 } else {
-                    asked.unwrap_or(DEFAULT_UNBOUNDED_BITS)
+                    asked.unwrap_or(DEFAULT_UNBOUNDED_BITS.min(self.multiplier_bits))
                 };
                 let (low, high) = match self.relevant_magnitude(readers)? {
                     // The greatest code is one step short of the power of two.
