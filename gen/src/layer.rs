@@ -104,6 +104,10 @@ struct PeContext<'a> {
     latency: usize,
     accumulates: bool,
     turns: usize,
+    /// The registers that the operands go through, and what comes out of them.
+    operand_registers: Vec<Register>,
+    operands: String,
+    weight_delay: &'static str,
     operands_range: String,
     operands_width: usize,
     weights_range: String,
@@ -112,6 +116,12 @@ struct PeContext<'a> {
     levels: Vec<Level>,
     tree: String,
     tree_width: usize,
+}
+
+/// A register and what it is fed from.
+struct Register {
+    name: String,
+    source: String,
 }
 
 struct Level {
@@ -281,6 +291,15 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     header.rtl(module, finish(context.render()))
 }
 
+/// Where operands of so many clocks ago stand in an element.
+fn operand_register(age: usize) -> String {
+    match age {
+        0 => "operands_i".to_owned(),
+        1 => "operands_q".to_owned(),
+        _ => format!("operands_q{age}"),
+    }
+}
+
 fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
     let quant = &layer.quant;
     let module = format!("{layer_module}_pe");
@@ -340,6 +359,19 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         latency: sum_latency(layer) - 1,
         accumulates: layer.accumulates(),
         turns: layer.turns(),
+        operands: operand_register(layer.operand_latency()),
+        operand_registers: (1..=layer.operand_latency())
+            .map(|age| Register {
+                name: operand_register(age),
+                source: operand_register(age - 1),
+            })
+            .collect(),
+        weight_delay: match layer.operand_latency() {
+            0 => "come with",
+            1 => "come a clock after",
+            2 => "come two clocks after",
+            _ => "come three clocks after",
+        },
         operands_range: range(simd * x),
         operands_width: simd * x,
         weights_range: range(simd * w),

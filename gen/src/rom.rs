@@ -16,6 +16,7 @@ struct Rom<'a> {
     purpose: String,
     notes: Vec<String>,
     provenance: String,
+    latency: &'static str,
     /// Whether it has a copy of the address of its own.
     own_address: bool,
     /// Copies of the address, and how they are filled.
@@ -30,18 +31,28 @@ struct Rom<'a> {
     width: usize,
     rom_style: &'static str,
     rom_note: String,
-    /// Memories that it is built of, if there are several.
-    pieces: Vec<Piece>,
-    pieces_range: String,
+    /// Tables that it is built of, if there are several.
+    tables: Option<Tables>,
     blocks: Vec<Block>,
 }
 
-/// A memory of several that a ROM is built of.
-struct Piece {
-    /// The register that its words are read into.
+/// Several tables of which a ROM is built.
+struct Tables {
+    /// Registers of their words.
+    registers: Vec<String>,
+    /// Whether the word that is chosen is registered.
+    registered: bool,
+    /// Highest bits of the address, once for each copy of it.
+    above: String,
+    above_range: String,
+    above_width: usize,
+    choices: Vec<Choice>,
+}
+
+/// How a part of the word is chosen by a copy of the address.
+struct Choice {
     data: String,
-    /// Whether an address is one of it.
-    here: String,
+    word: String,
 }
 
 /// A part of the word that is read by an address of its own.
@@ -110,14 +121,11 @@ pub(crate) fn weights(module: &str, layer: &Layer, pe: usize, header: &Header) -
             }
         ),
     ];
-    rom(
-        module,
-        purpose,
-        notes,
-        rows,
-        Address::Copied(copies),
-        header,
-    )
+    let given = match layer.copy_latency {
+        0 => Address::Used(1),
+        _ => Address::Copied(copies),
+    };
+    rom(module, purpose, notes, rows, (given, true), header)
 }
 
 /// Which inputs the weights of word `a` belong to.
@@ -184,7 +192,7 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
         format!("biases of layer {}", quant.name),
         notes,
         rows,
-        Address::Used(copies),
+        (Address::Used(copies), false),
         header,
     )
 }
@@ -232,7 +240,7 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
         "piecewise-linear tanh for magnitudes".to_owned(),
         notes,
         rows,
-        Address::Used(1),
+        (Address::Used(1), false),
         header,
     )
 }
@@ -251,7 +259,7 @@ fn rom(
     purpose: String,
     notes: Vec<String>,
     words: Vec<Word>,
-    given: Address,
+    (given, is_weights): (Address, bool),
     header: &Header,
 ) -> File {
     let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
@@ -267,11 +275,6 @@ fn rom(
         Address::Used(copies) | Address::Copied(copies) => copies,
     };
     let fields = words[0].0.len() / copies;
-    let pieces = if copies == 1 {
-        header.device.pieces_of_rom(words.len())
-    } else {
-        vec![words.len()]
-    };
     let mut low = 0;
     let blocks = (0..copies)
         .map(|copy| {
@@ -299,10 +302,13 @@ fn rom(
             block
         })
         .collect();
-    let (pieces, blocks) = if pieces.len() == 1 {
-        (Vec::new(), blocks)
+    let depths = header.device.pieces_of_rom(words.len());
+    let (tables, blocks) = if is_weights && depths.len() > 1 {
+        let registered = header.device.rom_latency(words.len()) > 1;
+        let (tables, blocks) = in_tables(&depths, registered, blocks, read, address);
+        (Some(tables), blocks)
     } else {
-        in_pieces(&pieces, blocks, read, address)
+        (None, blocks)
     };
     let most = bits(header.device.logic_rom_words);
     let (rom_style, rom_note) = if header.device.rom_in_logic(words.len()) {
@@ -335,53 +341,83 @@ fn rom(
             words.len(),
             plural(words.len())
         ),
-        pieces_range: range(pieces.len()),
-        pieces,
+        latency: match (own_address, tables.as_ref().is_some_and(|t| t.registered)) {
+            (false, _) => "1 clock, the word is registered",
+            (true, false) => "3 clocks: the address is registered twice, the word once",
+            (true, true) => "4 clocks: the address is registered twice, words of tables, and one of them",
+        },
+        tables,
         blocks,
     };
     header.rtl(module, finish(text.render()))
 }
 
-/// The rows of a ROM, dealt to memories of falling depths, which are powers of two: the lowest bits
-/// of the address are one of a memory, those above say which.
-fn in_pieces(
+/// The rows of a ROM, dealt to tables of falling depths, which are powers of two: the lowest bits of
+/// the address are one of a table, those above say which.
+fn in_tables(
     depths: &[usize],
+    registered: bool,
     whole: Vec<Block>,
     read: &str,
     address: usize,
-) -> (Vec<Piece>, Vec<Block>) {
-    let mut rows = whole.into_iter().flat_map(|block| {
-        let width = block.width;
-        block.rows.into_iter().map(move |row| (width, row))
-    });
-    let mut first = 0;
-    let mut pieces = Vec::new();
-    let mut blocks = Vec::new();
-    for (number, depth) in depths.iter().enumerate() {
-        let own = address_width(*depth).min(address);
-        let data = format!("piece{number}_q");
-        let mut block = Block {
-            address: format!("{read}[{}:0]", own - 1),
-            data: data.clone(),
-            width: 0,
-            rows: Vec::new(),
+) -> (Tables, Vec<Block>) {
+    let least = address_width(*depths.last().expect("there are tables"));
+    let above = address - least;
+    let copies = whole.len();
+    // Bits of one of the copies of the address.
+    let of_address = |copy: usize, low: usize, width: usize| {
+        format!("{read}[{} +: {width}]", copy * address + low)
+    };
+    let registers: Vec<String> = (0..depths.len()).map(|n| format!("table{n}_q")).collect();
+    let (mut blocks, mut choices) = (Vec::new(), Vec::new());
+    let mut low = 0;
+    for (copy, block) in whole.into_iter().enumerate() {
+        let slice = if copies == 1 {
+            String::new()
+        } else {
+            format!("[{low} +: {}]", block.width)
         };
-        for (at, (width, row)) in rows.by_ref().take(*depth).enumerate() {
-            block.width = width;
-            block.rows.push(Row {
+        let high = format!("above_q[{} +: {above}]", copy * above);
+        let mut rows = block.rows.into_iter();
+        let (mut first, mut word) = (0, String::new());
+        for (depth, register) in depths.iter().zip(&registers) {
+            let own = address_width(*depth);
+            let numbered = |(at, row): (usize, Row)| Row {
                 address: format!("{own}'d{at}"),
                 ..row
+            };
+            blocks.push(Block {
+                address: of_address(copy, 0, own),
+                data: format!("{register}{slice}"),
+                width: block.width,
+                rows: rows.by_ref().take(*depth).enumerate().map(numbered).collect(),
+            });
+            first += depth;
+            word.push_str(&if rows.len() == 0 {
+                format!("{register}{slice}")
+            } else {
+                format!("{high} < {above}'d{} ? {register}{slice} :\n      ", first >> least)
             });
         }
-        let above = address - own;
-        pieces.push(Piece {
-            data,
-            here: format!("{read}[{}:{own}] == {above}'d{}", address - 1, first >> own),
+        choices.push(Choice {
+            data: format!("data_q{slice}"),
+            word,
         });
-        blocks.push(block);
-        first += depth;
+        low += block.width;
     }
-    (pieces, blocks)
+    let fields: Vec<String> = (0..copies).rev().map(|copy| of_address(copy, least, above)).collect();
+    let tables = Tables {
+        registers,
+        registered,
+        above: match &fields[..] {
+            [field] => field.clone(),
+            fields => format!("{{\n    {}}}", fields.join(",\n    ")),
+        },
+        above_range: range(copies * above),
+        above_width: copies * above,
+        choices,
+    };
+    (tables, blocks)
 }
 
 /// A sized hexadecimal literal of the fields, the first lowest.

@@ -4,7 +4,7 @@
 // Function:  sum_o = sum of operand * weight@{ sum_note }@.
 // Format:    operands @{ x_format }@, weights @{ w_format }@@{ shift_note }@,
 //            products @{ product_width }@ bits, sums @{ sum_width }@ bits, all exact.
-// Latency:   @{ latency }@ clocks from operands to sum_o; weights come two clocks after their operands.
+// Latency:   @{ latency }@ clocks from operands to sum_o; weights @{ weight_delay }@ their operands.
 // Overflow:  impossible: @{ sum_width }@ bits hold the sum of the weights' magnitudes times the operand's
 //            greatest, of any part of it and in any order.
 // Reset:     none.
@@ -20,20 +20,18 @@ module @{ module }@ (
   input  wire @{ weights_range }@ weights_i,
   output wire @{ sum_range }@ sum_o
 );
-  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
+@% if accumulates || operand_registers.len() > 0 %@  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
   // tools look for at the register and others at the process, all elements share one.
-  (* keep *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
-  (* keep *) reg @{ operands_range }@ operands_q2 = {@{ operands_width }@{1'b0}};
-@% if accumulates %@  (* keep *) reg enable_q = 1'b0;
+@% for register in operand_registers %@  (* keep *) reg @{ operands_range }@ @{ register.name }@ = {@{ operands_width }@{1'b0}};
+@% endfor %@@% if accumulates %@  (* keep *) reg enable_q = 1'b0;
   (* keep *) reg first_q = 1'b0;
 @% endif %@  (* keep *) always @(posedge clk_i) begin
-    operands_q  <= operands_i;
-    operands_q2 <= operands_q;
-@% if accumulates %@    enable_q    <= enable_i;
+@% for register in operand_registers %@    @{ "{:<11}"|format(register.name) }@ <= @{ register.source }@;
+@% endfor %@@% if accumulates %@    enable_q    <= enable_i;
     first_q     <= first_i;
 @% endif %@  end
 
-  wire @{ products_range }@ products;
+@% endif %@  wire @{ products_range }@ products;
 
   genvar i;
   generate
@@ -43,7 +41,7 @@ module @{ module }@ (
         .B_WIDTH(@{ w_width }@)
       ) u_mul (
         .clk_i(clk_i),
-        .a_i  (operands_q2[i*@{ x_width }@ +: @{ x_width }@]),
+        .a_i  (@{ operands }@[i*@{ x_width }@ +: @{ x_width }@]),
         .b_i  (weights_i[i*@{ w_width }@ +: @{ w_width }@]),
         .p_o  (products[i*@{ product_width }@ +: @{ product_width }@])
       );

@@ -2,7 +2,7 @@
 // @{ module }@: @{ purpose }@.
 //
 @% for line in notes %@// @{ line }@
-@% endfor %@// Latency:   @% if own_address %@3 clocks: the address is registered twice, the word once@% else %@1 clock, the word is registered@% endif %@. Reset: none.
+@% endfor %@// Latency:   @{ latency }@. Reset: none.
 // @{ provenance }@
 `default_nettype none
 
@@ -21,19 +21,26 @@ module @{ module }@ (
   end
 
 @% endif %@  // @{ rom_note }@
-@% if pieces.is_empty() %@  (* rom_style = "@{ rom_style }@" *)
-  reg @{ data_range }@ data_q = @{ width }@'h0;
-@% else %@  // It is built of several, or most of one would be empty; its word is that of the one addressed.
-@% for piece in pieces %@  (* rom_style = "@{ rom_style }@" *)
-  reg @{ data_range }@ @{ piece.data }@ = @{ width }@'h0;
-@% endfor %@  reg @{ pieces_range }@ here_q = @{ pieces.len() }@'d0;
+@% match tables %@
+@% when Some with (tables) %@  // It is built of several tables, of which the highest bits of the address choose one@% if tables.registered %@, a clock
+  // later@% endif %@.
+@% for register in tables.registers %@  (* rom_style = "@{ rom_style }@" *)
+  reg @{ data_range }@ @{ register }@ = @{ width }@'h0;
+@% endfor %@  reg @{ tables.above_range }@ above_q = @{ tables.above_width }@'d0;
+  always @(posedge clk_i) above_q <= @{ tables.above }@;
+
+@% if tables.registered %@  reg @{ data_range }@ data_q = @{ width }@'h0;
   always @(posedge clk_i) begin
-@% for piece in pieces %@    here_q[@{ loop.index0 }@] <= @{ piece.here }@;
+@% for choice in tables.choices %@    @{ choice.data }@ <=
+      @{ choice.word }@;
 @% endfor %@  end
-  wire @{ data_range }@ data_q =
-@% for piece in pieces %@    ({@{ width }@{here_q[@{ loop.index0 }@]}} & @{ piece.data }@)@% if loop.last %@;@% else %@ |@% endif %@
+@% else %@@% for choice in tables.choices %@  wire @{ data_range }@ @{ choice.data }@ =
+      @{ choice.word }@;
 @% endfor %@@% endif %@
-  // The second time for tools that take the style of a ROM from its case statement.
+@% when None %@  (* rom_style = "@{ rom_style }@" *)
+  reg @{ data_range }@ data_q = @{ width }@'h0;
+
+@% endmatch %@  // The second time for tools that take the style of a ROM from its case statement.
 @% for block in blocks %@  always @(posedge clk_i) begin
     (* rom_style = "@{ rom_style }@" *)
     case (@{ block.address }@)

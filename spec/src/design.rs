@@ -96,6 +96,10 @@ pub struct Layer {
     pub lanes: usize,
     /// Where the operands come from.
     pub feed: Feed,
+    /// Clocks that operands and addresses take on their way to an element.
+    pub copy_latency: usize,
+    /// Clocks from a weight ROM's address to its registered word.
+    pub rom_latency: usize,
 }
 
 /// Bits of a ring that one copy of the signal to load it reaches.
@@ -181,6 +185,11 @@ impl Layer {
     pub fn input(&self, simd: usize, fold: usize) -> Option<usize> {
         let input = self.groups(fold).1 * self.fold.simd + simd;
         (input < self.quant.inputs()).then_some(input)
+    }
+
+    /// Clocks from the layer's operands to an element's multipliers, in registers of the element.
+    pub fn operand_latency(&self) -> usize {
+        self.copy_latency + self.rom_latency - 1
     }
 
     /// Copies of the address in each weight ROM: one, or where the device wants it one for each weight,
@@ -293,6 +302,11 @@ impl Perceptron {
         self.shared
             .iter()
             .chain(self.networks.iter().flat_map(|n| &n.layers))
+    }
+
+    fn layers_mut(&mut self) -> impl Iterator<Item = &mut Layer> {
+        let own = self.networks.iter_mut().flat_map(|n| &mut n.layers);
+        self.shared.iter_mut().chain(own)
     }
 }
 
@@ -415,6 +429,10 @@ impl Design {
             }
         };
         let mut perceptron = folding::fold(&quant, to_usize(shared), to_usize(allowed));
+        for layer in perceptron.layers_mut() {
+            layer.copy_latency = device.copy_latency;
+            layer.rom_latency = device.rom_latency(layer.folds());
+        }
         let interval = perceptron
             .layers()
             .map(|l| l.folds().max(l.array_beats()))

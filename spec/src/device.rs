@@ -44,9 +44,15 @@ pub struct Device {
     pub multiplier_shows_operands: bool,
     /// Most words of a ROM that goes to logic; deeper ones go to block memories.
     pub logic_rom_words: u32,
+    /// Most words of a ROM in logic that is read in one clock; deeper ones take a second, in which one of
+    /// several tables is chosen.
+    pub logic_rom_words_a_clock: u32,
     /// Whether each weight of a ROM in logic has a copy of the address for itself, where a bit of it
     /// takes more than a table of four inputs.
     pub address_per_weight: bool,
+    /// Clocks that operands and addresses take on their way to a processing element, in copies of its
+    /// own: none where the way is short beside a clock.
+    pub copy_latency: usize,
     /// Block memories.
     pub block_rams: Option<u32>,
     /// Bits of a block memory.
@@ -74,9 +80,19 @@ impl Device {
         self.has_multipliers() && !self.multiplier_shows_operands
     }
 
-    /// Depths of the memories that a ROM of so many words is built of, one behind the other; one
-    /// if that is left to synthesis.
+    /// Clocks from an address to its registered word, for a ROM of so many words.
+    pub fn rom_latency(&self, words: usize) -> usize {
+        let at_once = crate::design::to_usize(self.logic_rom_words_a_clock);
+        1 + usize::from(self.rom_in_logic(words) && words > at_once)
+    }
+
+    /// Depths of the tables or memories that a ROM of so many words is built of, one behind the other;
+    /// one if that is left to synthesis.
     pub fn pieces_of_rom(&self, words: usize) -> Vec<usize> {
+        if self.rom_latency(words) > 1 {
+            let depth = crate::design::to_usize(self.logic_rom_words_a_clock);
+            return vec![depth; words.div_ceil(depth)];
+        }
         let depths: Vec<usize> = self
             .rom_pieces
             .iter()
@@ -247,8 +263,10 @@ struct FamilyFile {
     #[serde(default)]
     rom_pieces: Vec<u32>,
     logic_rom_words: u32,
+    logic_rom_words_a_clock: Option<u32>,
     #[serde(default)]
     address_per_weight: bool,
+    copy_latency: usize,
     place: Option<Place>,
     device: Vec<Entry>,
 }
@@ -317,7 +335,11 @@ pub fn all() -> &'static [Device] {
                     block_ram_bits: family.block_ram_bits,
                     rom_pieces: family.rom_pieces.clone(),
                     logic_rom_words: family.logic_rom_words,
+                    logic_rom_words_a_clock: family
+                        .logic_rom_words_a_clock
+                        .unwrap_or(family.logic_rom_words),
                     address_per_weight: family.address_per_weight,
+                    copy_latency: family.copy_latency,
                 })
             })
             .collect()

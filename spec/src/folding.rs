@@ -266,6 +266,8 @@ fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, interval: usize) -> 
         fold,
         lanes,
         feed,
+        copy_latency: 0,
+        rom_latency: 1,
     }
 }
 

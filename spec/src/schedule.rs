@@ -7,11 +7,6 @@ use serde::Serialize;
 
 use crate::design::{Feed, Layer, Perceptron, Port};
 
-/// Cycles in which every weight ROM takes a copy of the address and every processing element one
-/// of the operands: one clock to the copy, one from there to where it is needed.
-const COPY_LATENCY: usize = 2;
-/// Cycles from a ROM's address to its registered word.
-const ROM_LATENCY: usize = 1;
 /// Cycles from a multiplier's operands to its product, which is registered twice: in the device's
 /// block and, on its way to the adders, outside.
 const MULTIPLIER_LATENCY: usize = 3;
@@ -115,8 +110,8 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
 
 /// Cycles from an operand to its sum at the foot of the array.
 pub fn sum_latency(layer: &Layer) -> usize {
-    COPY_LATENCY
-        + ROM_LATENCY
+    layer.copy_latency
+        + layer.rom_latency
         + MULTIPLIER_LATENCY
         + layer.tree_levels()
         + usize::from(layer.accumulates())

@@ -11,9 +11,6 @@ use super::probe::{Probe, address_bits, counter_bits, within};
 /// here: sums have at most 52 bits.
 type Row = [f64; 4];
 
-/// Age of a product.
-const FOOT: usize = 5;
-
 /// All processing elements of a layer, each with its weight ROM, and the operands in front of them.
 ///
 /// Nothing from `operands_q` and the ROMs' `address_q` down to the foot of the adder trees has an
@@ -26,14 +23,18 @@ const FOOT: usize = 5;
 /// |---|---|
 /// | 0 | `operands_q` of the layer, `address_q` of each ROM |
 /// | 1 | `operands_q` of each element, `address_q2` of each ROM |
-/// | 2 | `operands_q2` of each element, `data_q` of each ROM |
-/// | 3 | `a_q`, `b_q` |
-/// | 4 | `p_q` |
-/// | 5 | `r_q` |
-/// | 5 + k | `sum_q` of level k, the last one being the foot |
+/// | d | the last operands of each element, `data_q` of each ROM |
+/// | d + 1 | `a_q`, `b_q` |
+/// | d + 2 | `p_q` |
+/// | d + 3 | `r_q` |
+/// | d + 3 + k | `sum_q` of level k, the last one being the foot |
 ///
-/// At power-up the history is of zeros, and so is all that comes of it; only the first two words
-/// that leave a ROM are that of address 0.
+/// d is the layer's `operand_latency`, 2 as a rule; without copies it is 0, and there are no registers
+/// but the layer's own in front of the multipliers. A ROM of several tables has its words in these
+/// at d - 1.
+///
+/// At power-up the history is of zeros, and so is all that comes of it; only the first words that leave
+/// a ROM are that of address 0.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
@@ -44,6 +45,14 @@ pub(super) struct Array {
     folds: usize,
     address_copies: usize,
     hides_operands: bool,
+    copy_latency: usize,
+    /// Depths of the tables of a ROM, and their age.
+    tables: Vec<usize>,
+    tables_age: usize,
+    /// Age of `data_q`.
+    data: usize,
+    /// Age of a product.
+    foot: usize,
     levels: usize,
     /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
     /// zero; word 0 is the zero of power-up.
@@ -84,6 +93,8 @@ impl Array {
             }
         }
         let levels = layer.tree_levels();
+        let data = layer.operand_latency();
+        let foot = data + 3;
         Self {
             pe,
             simd,
@@ -93,13 +104,17 @@ impl Array {
             folds: layer.folds(),
             address_copies: layer.address_copies(device),
             hides_operands: device.hides_operands(),
+            copy_latency: layer.copy_latency,
+            tables: device.pieces_of_rom(layer.folds()),
+            tables_age: data + 1 - layer.rom_latency,
+            data,
+            foot,
             levels,
             weights,
             blocks,
-            operands: vec![0.0; (levels + FOOT + 1) * simd],
-            words: [1, 1]
-                .into_iter()
-                .chain(std::iter::repeat_n(0, levels + FOOT - 1))
+            operands: vec![0.0; (levels + foot + 1) * simd],
+            words: std::iter::repeat_n(1, layer.copy_latency)
+                .chain(std::iter::repeat_n(0, levels + foot + 1 - layer.copy_latency))
                 .collect(),
             newest: 0,
             enable: false,
@@ -152,7 +167,7 @@ impl Array {
             }
             return;
         }
-        let (operands, weights) = self.history(FOOT + self.levels);
+        let (operands, weights) = self.history(self.foot + self.levels);
         let (blocks, rest) = sums.as_chunks_mut::<4>();
         let mut at = 0;
         for block in blocks {
@@ -179,7 +194,7 @@ impl Array {
         if self.enable
             && let Some(mut accumulators) = self.accumulators.take()
         {
-            let (operands, weights) = self.history(FOOT + self.levels);
+            let (operands, weights) = self.history(self.foot + self.levels);
             let mut at = 0;
             for sum in &mut accumulators[self.turn * self.blocks..][..self.blocks] {
                 let foot = dot(operands, &weights[at..]);
@@ -208,6 +223,28 @@ impl Array {
         probe.words(name, self.x_bits, &operands);
     }
 
+    /// The tables that a ROM of several is built of, each with its word of the clock, and the bits of
+    /// the address by which one of them is chosen.
+    fn show_tables<P: Probe>(&self, p: usize, probe: &mut P) {
+        let (Some(least), true) = (self.tables.last(), self.tables.len() > 1) else {
+            return;
+        };
+        let slot = (self.newest + self.tables_age) % self.words.len();
+        let address = self.words[slot].checked_sub(1);
+        let mut first = 0;
+        for (table, depth) in self.tables.iter().enumerate() {
+            let word = address.map(|address| first + address % depth);
+            let row = word.filter(|word| *word < self.folds).map_or(0, |word| 1 + word);
+            let block = &self.weights[(row * self.blocks + p / 4) * self.simd..][..self.simd];
+            let codes: Vec<i64> = block.iter().map(|row| code(row[p % 4])).collect();
+            probe.words(&format!("table{table}_q"), self.w_bits, &codes);
+            first += depth;
+        }
+        let above = i64::try_from(address.unwrap_or(0) / least).expect("an address");
+        let bits = address_bits(self.folds) - least.ilog2();
+        probe.words("above_q", bits, &vec![above; self.address_copies]);
+    }
+
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         for p in 0..self.pe {
             let weights = |age| -> Vec<i64> {
@@ -220,17 +257,25 @@ impl Array {
                 let pairs = operands.iter().zip(weights(age));
                 pairs.map(|(a, b)| code(*a) * b).collect()
             };
-            let (a, b, p_q, r_q) = (self.history(3).0, weights(3), products(4), products(5));
+            let (a, b) = (self.history(self.data + 1).0, weights(self.data + 1));
+            let (p_q, r_q) = (products(self.data + 2), products(self.data + 3));
             within(probe, format_args!("u_w{p}"), |probe| {
-                let bits = address_bits(self.folds);
-                probe.count("address_q", bits, self.address(0));
-                let address = i64::try_from(self.address(1)).expect("an address");
-                probe.words("address_q2", bits, &vec![address; self.address_copies]);
-                probe.words("data_q", self.w_bits, &weights(2));
+                if self.copy_latency > 0 {
+                    let bits = address_bits(self.folds);
+                    probe.count("address_q", bits, self.address(0));
+                    let address = i64::try_from(self.address(1)).expect("an address");
+                    probe.words("address_q2", bits, &vec![address; self.address_copies]);
+                }
+                self.show_tables(p, probe);
+                probe.words("data_q", self.w_bits, &weights(self.data));
             });
             within(probe, format_args!("u_pe{p}"), |probe| {
-                self.show_operands("operands_q", 1, probe);
-                self.show_operands("operands_q2", 2, probe);
+                for age in 1..=self.data {
+                    match age {
+                        1 => self.show_operands("operands_q", age, probe),
+                        _ => self.show_operands(&format!("operands_q{age}"), age, probe),
+                    }
+                }
                 if self.accumulators.is_some() {
                     probe.bit("enable_q", self.enable);
                     probe.bit("first_q", self.first);
@@ -250,7 +295,7 @@ impl Array {
                 let mut bits = self.x_bits + self.w_bits;
                 for level in 1..=self.levels {
                     bits = (bits + 1).min(self.sum_bits);
-                    let sums = (0..level).fold(products(FOOT + level), |words, _| halve(&words));
+                    let sums = (0..level).fold(products(self.foot + level), |words, _| halve(&words));
                     within(probe, format_args!("u_level{level}"), |probe| {
                         probe.words("sum_q", bits, &sums);
                     });
