@@ -18,7 +18,9 @@ use std::time::Duration;
 
 use hwgen_gen::{Source, sha256, shell, yosys_commands};
 use hwgen_sim::error::ToolError;
-use hwgen_sim::tool::{self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, Tool, Toolbox, YOSYS};
+use hwgen_sim::tool::{
+    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, Tool, Toolbox, YOSYS,
+};
 use hwgen_spec::device::{Device, Place, PlaceTool, Sites};
 use serde::Serialize;
 
@@ -400,10 +402,7 @@ const PINS: &str = "pins.txt";
 /// The tool, and its options for the file of pins; those that are not in it may be anywhere.
 fn placer(tool: PlaceTool) -> (&'static Tool, &'static [&'static str]) {
     match tool {
-        PlaceTool::Ecp5 => (
-            &NEXTPNR_ECP5,
-            &["--lpf", PINS, "--lpf-allow-unconstrained"],
-        ),
+        PlaceTool::Ecp5 => (&NEXTPNR_ECP5, &["--lpf", PINS, "--lpf-allow-unconstrained"]),
         PlaceTool::Ice40 => (
             &NEXTPNR_ICE40,
             &["--pcf", PINS, "--pcf-allow-unconstrained"],

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use hwgen_sim::simulator::Simulator;
 use hwgen_spec::design::Design;
-use hwgen_spec::options::Options;
+use hwgen_spec::options::{Budget, Options};
 use hwgen_spec::weights;
 use random::random_design;
 use support::{Check, assert_verified, axes, check, emit, in_parallel};
@@ -34,7 +34,7 @@ const AXES: &[(&str, usize)] = &[
     ("replay feed", 20),
     ("direct feed", 20),
     ("hold feed", 10),
-    ("neurons that take turns", 10),
+    ("neurons that take turns", 5),
     ("accumulators", 20),
     ("no accumulators", 20),
     ("drain", 15),
@@ -60,7 +60,10 @@ const AXES: &[(&str, usize)] = &[
     ("shared_in", 5),
     ("_out", 10),
     ("multipliers in blocks", 20),
-    ("multipliers left to synthesis", 20),
+    ("multipliers left to synthesis", 15),
+    ("multipliers that show their result alone", 15),
+    ("no copies of operands", 15),
+    ("registered tables of a ROM", 3),
 ];
 
 #[test]
@@ -121,6 +124,48 @@ fn some_random_designs_are_equal_in_verilator() {
         let report = check(&bundle, &plan).expect("the simulators run");
         assert_verified(&report, &format!("design {}", 1000 + seed));
     }
+}
+
+/// 600 words of weights stand in two memories, one of 512 words and one of 256.
+#[test]
+fn a_rom_of_several_memories_is_equal_in_both_simulators() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let weight = |i: usize| format!("{:.3}", (i * 37 % 101) as f64 / 50.5 - 1.0);
+    let row = |n: usize, inputs: usize| {
+        let weights: Vec<String> = (0..inputs).map(|i| weight(n * inputs + i)).collect();
+        format!("[{}]", weights.join(","))
+    };
+    let rows = |outputs: usize, inputs: usize| {
+        let rows: Vec<String> = (0..outputs).map(|n| row(n, inputs)).collect();
+        rows.join(",")
+    };
+    let text = format!(
+        r#"{{"format": "hwgen-weights/1", "name": "deep",
+          "inputs": {{"min": {0}, "max": {1}}},
+          "networks": [{{"name": "net", "layers": [
+            {{"activation": "tanh", "weights": [{2}]}},
+            {{"activation": "linear", "weights": [{3}]}}]}}]}}"#,
+        format_args!("[{}]", ["-1"; 10].join(",")),
+        format_args!("[{}]", ["1"; 10].join(",")),
+        rows(60, 10),
+        rows(3, 60),
+    );
+    let net = weights::read(text.as_bytes()).expect("readable");
+    let options = Options {
+        device: Some("ice40-up5k".into()),
+        budget: Budget::Interval(600),
+        ..Options::default()
+    };
+    let design = Design::new(&net, &options).expect("a legal design");
+    assert!(axes(&net, &design).contains("several memories of a ROM"));
+    let bundle = emit(&net, &options, directory.path());
+    let plan = Check {
+        random: 4,
+        seed: 1,
+        simulators: &Simulator::ALL,
+    };
+    let report = check(&bundle, &plan).expect("the simulators run");
+    assert_verified(&report, "deep");
 }
 
 #[test]

@@ -386,16 +386,25 @@ fn all_designs(part: usize) {
 
 #[test]
 fn a_core_for_ecp5_is_clean_and_has_every_multiplier_in_a_block() {
+    every_multiplier_is_in_a_block("ecp5-25k", "MULT18X18D");
+}
+
+#[test]
+fn a_core_for_ice40_is_clean_and_has_every_multiplier_in_a_block() {
+    every_multiplier_is_in_a_block("ice40-up5k", "SB_MAC16");
+}
+
+fn every_multiplier_is_in_a_block(device: &str, cell: &str) {
     let root = tempfile::tempdir().expect("a directory");
     let options = Options {
-        device: Some("ecp5-25k".into()),
+        device: Some(device.into()),
         ..interval(8)
     };
     let text = file("blocks", 5, &[&[], &[("tanh", 6), ("linear", 3)]], "");
     let (bundle, directory) = emit(&text, &options, root.path());
     let mut simulated = sources(&bundle, "rtl/");
     simulated.extend(sources(&bundle, "sim/"));
-    assert_eq!(sources(&bundle, "sim/"), ["sim/MULT18X18D.v"]);
+    assert_eq!(sources(&bundle, "sim/"), [format!("sim/{cell}.v")]);
     assert_eq!(verilator(&directory, "blocks", &[], &simulated), None);
     assert_eq!(icarus(&directory, "blocks", &[], &simulated), None);
 
@@ -408,7 +417,7 @@ fn a_core_for_ecp5_is_clean_and_has_every_multiplier_in_a_block() {
     let stat = log.rsplit("Printing statistics").next().expect("it");
     let blocks = stat
         .lines()
-        .filter_map(|line| line.trim().strip_prefix("MULT18X18D"))
+        .filter_map(|line| line.trim().strip_prefix(cell))
         .filter_map(|count| count.trim().parse::<usize>().ok())
         .next_back();
     assert_eq!(blocks, Some(wanted), "{stat}");

@@ -65,7 +65,9 @@ pub fn read(path: &Path, known: &Place) -> Result<Vec<PlacedCell>, SynthError> {
     for (name, cell) in netlist.modules.into_values().flat_map(|m| m.cells) {
         let multiplier = cell.kind == known.sites.multipliers;
         let (part, _) = place(&name);
-        let own = multiplier || cell.kind == known.sites.lut4 || Some(&cell.kind) == known.sites.ff.as_ref();
+        let own = multiplier
+            || cell.kind == known.sites.lut4
+            || Some(&cell.kind) == known.sites.ff.as_ref();
         let Some(site) = cell.attributes.site.filter(|_| own && part != "shell") else {
             continue;
         };

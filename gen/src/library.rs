@@ -51,10 +51,7 @@ fn replacements(device: &Device) -> Replacements {
             )],
         },
         Family::Ice40 => Replacements {
-            cells: &[(
-                "hwg_mul",
-                include_str!("../../rtl/devices/ice40/hwg_mul.v"),
-            )],
+            cells: &[("hwg_mul", include_str!("../../rtl/devices/ice40/hwg_mul.v"))],
             models: &[(
                 "SB_MAC16",
                 include_str!("../../rtl/devices/ice40/SB_MAC16.v"),

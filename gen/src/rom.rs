@@ -344,7 +344,9 @@ fn rom(
         latency: match (own_address, tables.as_ref().is_some_and(|t| t.registered)) {
             (false, _) => "1 clock, the word is registered",
             (true, false) => "3 clocks: the address is registered twice, the word once",
-            (true, true) => "4 clocks: the address is registered twice, words of tables, and one of them",
+            (true, true) => {
+                "4 clocks: the address is registered twice, words of tables, and one of them"
+            }
         },
         tables,
         blocks,
@@ -390,13 +392,21 @@ fn in_tables(
                 address: of_address(copy, 0, own),
                 data: format!("{register}{slice}"),
                 width: block.width,
-                rows: rows.by_ref().take(*depth).enumerate().map(numbered).collect(),
+                rows: rows
+                    .by_ref()
+                    .take(*depth)
+                    .enumerate()
+                    .map(numbered)
+                    .collect(),
             });
             first += depth;
             word.push_str(&if rows.len() == 0 {
                 format!("{register}{slice}")
             } else {
-                format!("{high} < {above}'d{} ? {register}{slice} :\n      ", first >> least)
+                format!(
+                    "{high} < {above}'d{} ? {register}{slice} :\n      ",
+                    first >> least
+                )
             });
         }
         choices.push(Choice {
@@ -405,7 +415,10 @@ fn in_tables(
         });
         low += block.width;
     }
-    let fields: Vec<String> = (0..copies).rev().map(|copy| of_address(copy, least, above)).collect();
+    let fields: Vec<String> = (0..copies)
+        .rev()
+        .map(|copy| of_address(copy, least, above))
+        .collect();
     let tables = Tables {
         registers,
         registered,

@@ -12,7 +12,6 @@ use hwgen_sim::simulator::Simulator;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan, verify};
 use hwgen_spec::design::{Design, Feed};
-use hwgen_spec::device::Family;
 use hwgen_spec::network::FloatNet;
 use hwgen_spec::options::Options;
 
@@ -81,9 +80,13 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
     let plan = design.perceptron();
     mark("shared layers", !plan.shared.is_empty());
     mark("no shared layer", plan.shared.is_empty());
-    let blocks = design.device().family == Family::Ecp5;
-    mark("multipliers in blocks", blocks);
-    mark("multipliers left to synthesis", !blocks);
+    let device = design.device();
+    mark("multipliers in blocks", device.has_multipliers());
+    mark("multipliers left to synthesis", !device.has_multipliers());
+    mark(
+        "multipliers that show their result alone",
+        device.hides_operands(),
+    );
     mark("several networks", plan.networks.len() > 1);
     mark("interval 1", design.interval_cycles() == 1);
     for port in [design.source(), design.sink()] {
@@ -108,6 +111,13 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
         mark(
             "neurons that take turns",
             layer.turns() > 1 && layer.accumulates(),
+        );
+        mark("no copies of operands", layer.copy_latency == 0);
+        mark("registered tables of a ROM", layer.rom_latency > 1);
+        let tables = device.pieces_of_rom(layer.folds()).len();
+        mark(
+            "several memories of a ROM",
+            tables > 1 && layer.rom_latency == 1,
         );
         mark("accumulators", layer.accumulates());
         mark("no accumulators", !layer.accumulates());

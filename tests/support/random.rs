@@ -169,7 +169,8 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
         activation_bits: any(rng.random_range(7..=16)),
         output_bits: Some(rng.random_range(6..=32)),
         segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
-        device: [None, Some("ecp5-25k".into())][rng.random_range(0..2)].clone(),
+        device: [None, Some("ecp5-25k"), Some("ice40-up5k")][rng.random_range(0..3)]
+            .map(str::to_owned),
     };
     (net, options)
 }

@@ -114,7 +114,10 @@ impl Array {
             blocks,
             operands: vec![0.0; (levels + foot + 1) * simd],
             words: std::iter::repeat_n(1, layer.copy_latency)
-                .chain(std::iter::repeat_n(0, levels + foot + 1 - layer.copy_latency))
+                .chain(std::iter::repeat_n(
+                    0,
+                    levels + foot + 1 - layer.copy_latency,
+                ))
                 .collect(),
             newest: 0,
             enable: false,
@@ -234,7 +237,9 @@ impl Array {
         let mut first = 0;
         for (table, depth) in self.tables.iter().enumerate() {
             let word = address.map(|address| first + address % depth);
-            let row = word.filter(|word| *word < self.folds).map_or(0, |word| 1 + word);
+            let row = word
+                .filter(|word| *word < self.folds)
+                .map_or(0, |word| 1 + word);
             let block = &self.weights[(row * self.blocks + p / 4) * self.simd..][..self.simd];
             let codes: Vec<i64> = block.iter().map(|row| code(row[p % 4])).collect();
             probe.words(&format!("table{table}_q"), self.w_bits, &codes);
@@ -295,7 +300,8 @@ impl Array {
                 let mut bits = self.x_bits + self.w_bits;
                 for level in 1..=self.levels {
                     bits = (bits + 1).min(self.sum_bits);
-                    let sums = (0..level).fold(products(self.foot + level), |words, _| halve(&words));
+                    let sums =
+                        (0..level).fold(products(self.foot + level), |words, _| halve(&words));
                     within(probe, format_args!("u_level{level}"), |probe| {
                         probe.words("sum_q", bits, &sums);
                     });

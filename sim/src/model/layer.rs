@@ -63,7 +63,8 @@ impl LayerModel {
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer, device),
-            units: Units::new(layer, device).map(|units| (units, Delay::new(2, ACTIVATION_LATENCY))),
+            units: Units::new(layer, device)
+                .map(|units| (units, Delay::new(2, ACTIVATION_LATENCY))),
         }
     }
 

@@ -209,8 +209,8 @@ impl Quantizer<'_> {
         } else {
             DEFAULT_WEIGHT_BITS
         };
-        let bits = width_of(&self.options.weight_bits, name)
-            .unwrap_or(default.min(self.multiplier_bits));
+        let bits =
+            width_of(&self.options.weight_bits, name).unwrap_or(default.min(self.multiplier_bits));
         let (least, most) = (layer.weights.min(), layer.weights.max());
         Some((least, most))
             .filter(|(least, most)| least.is_finite() && most.is_finite())

@@ -1,0 +1,171 @@
+//! Multipliers in the blocks of a family, simulated, against the portable one and against other models.
+//!
+//! A bench offers all operands of four bits, and corners and random ones of wider words, to two
+//! multipliers at once and compares their products in every clock.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use hwgen_sim::tool::{ICARUS, Toolbox, VVP, YOSYS};
+
+const PORTABLE: &str = include_str!("../rtl/lib/hwg_mul.v");
+const ECP5: [&str; 2] = [
+    include_str!("../rtl/devices/ecp5/hwg_mul.v"),
+    include_str!("../rtl/devices/ecp5/MULT18X18D.v"),
+];
+const ICE40: [&str; 2] = [
+    include_str!("../rtl/devices/ice40/hwg_mul.v"),
+    include_str!("../rtl/devices/ice40/SB_MAC16.v"),
+];
+
+/// `{other}` and `hwg_mul`, of the same operands.
+fn bench(a: u32, b: u32, events: u32, other: &str) -> String {
+    format!(
+        "module bench;
+  localparam A = {a}, B = {b}, EVENTS = {events};
+  reg clk = 1'b0;
+  reg signed [A-1:0] a = 0;
+  reg signed [B-1:0] b = 0;
+  wire signed [A+B-1:0] p, q;
+  hwg_mul #(.A_WIDTH(A), .B_WIDTH(B)) u_p (.clk_i(clk), .a_i(a), .b_i(b), .p_o(p));
+  {other} #(.A_WIDTH(A), .B_WIDTH(B)) u_q (.clk_i(clk), .a_i(a), .b_i(b), .p_o(q));
+  integer i, equal = 0, unequal = 0, seen = 0;
+  reg [A+B-1:0] draw;
+  initial begin
+    for (i = 0; i < EVENTS; i = i + 1) begin
+      draw = {{$random, $random}};
+      // All of them where there are few; else corners: the least and greatest, zero and one.
+      if (A + B <= 8) draw = i;
+      a = draw[A-1:0];
+      b = draw[A+B-1:A];
+      if (A + B > 8 && i % 4 == 0) a = i[2] ? {{1'b1, {{(A-1){{1'b0}}}}}} : i[3] ? {{1'b0, {{(A-1){{1'b1}}}}}} : i[4];
+      if (A + B > 8 && i % 3 == 0) b = i[4] ? {{1'b1, {{(B-1){{1'b0}}}}}} : i[5] ? {{1'b0, {{(B-1){{1'b1}}}}}} : -i[6];
+      #1 clk = 1'b1;
+      #1 clk = 1'b0;
+      if (i > 2) if (p === q) equal = equal + 1; else unequal = unequal + 1;
+      if (p !== 0) seen = seen + 1;
+    end
+    $display(\"equal %0d unequal %0d nonzero %0d\", equal, unequal, seen);
+  end
+endmodule
+"
+    )
+}
+
+/// Clocks in which both were equal, in which they were not, and in which there was something.
+fn compare(sources: &[String], directory: &Path) -> [u64; 3] {
+    let toolbox = Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let files: Vec<_> = sources
+        .iter()
+        .enumerate()
+        .map(|(i, text)| {
+            let path = directory.join(format!("{i}.v"));
+            fs::write(&path, text).expect("written");
+            path
+        })
+        .collect();
+    let compiled = directory.join("bench.vvp");
+    let status = Command::new(toolbox.find(&ICARUS).expect("installed").path)
+        .args(["-g2012", "-s", "bench", "-o"])
+        .arg(&compiled)
+        .args(&files)
+        .status();
+    assert!(status.expect("it runs").success());
+    let output = Command::new(toolbox.find(&VVP).expect("installed").path)
+        .arg(&compiled)
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let numbers: Vec<u64> = text
+        .split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect();
+    numbers.try_into().unwrap_or_else(|_| panic!("{text}"))
+}
+
+fn renamed(text: &str, from: &str, to: &str) -> String {
+    text.replace(&format!("module {from} "), &format!("module {to} "))
+}
+
+fn against_portable(own: &[&str], (a, b): (u32, u32)) -> [u64; 3] {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut sources: Vec<String> = own.iter().map(|text| (*text).to_owned()).collect();
+    sources.push(renamed(PORTABLE, "hwg_mul", "portable"));
+    sources.push(bench(a, b, 20_000, "portable"));
+    compare(&sources, directory.path())
+}
+
+#[test]
+fn a_block_multiplies_like_the_portable_multiplier() {
+    for (own, widths) in [
+        (ECP5, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
+        (ICE40, [(4, 4), (16, 16), (16, 14), (3, 12), (18, 16)]),
+    ] {
+        for (a, b) in widths {
+            let [equal, unequal, nonzero] = against_portable(&own, (a, b));
+            assert_eq!((equal, unequal), (19_997, 0), "{a} x {b}");
+            assert!(nonzero > 1000, "{a} x {b}");
+        }
+    }
+}
+
+#[test]
+fn an_unsigned_block_or_a_clock_less_is_seen() {
+    let unsigned = ICE40[0].replace(
+        ".B_SIGNED                (1'b1)",
+        ".B_SIGNED                (1'b0)",
+    );
+    let early = ECP5[0]
+        .replace("r_q <= p_q;", "r_q <= p_i;")
+        .replace("assign p_o = r_q;", "assign p_o = p_q;");
+    assert!(unsigned != ICE40[0] && early != ECP5[0]);
+    let early = early.replace("always @(posedge clk_i) r_q <= p_i;", "");
+    for own in [[&unsigned, ICE40[1]], [&early, ECP5[1]]] {
+        let [_, unequal, _] = against_portable(&own, (16, 16));
+        assert!(unequal > 1000);
+    }
+}
+
+/// The model of the block is ours; Yosys has one of its own, which takes its parameters here.
+#[test]
+fn our_model_of_the_ice40_block_is_equal_to_that_of_yosys() {
+    let (before, rest) = ICE40[0].split_once("SB_MAC16 #(").expect("an instance");
+    let (parameters, after) = rest.split_once(") u_block").expect("its parameters");
+    // `.A_REG (1'b1),` becomes `-set A_REG 1'b1`.
+    let settings: Vec<String> = parameters
+        .split(',')
+        .map(|setting| {
+            let (name, value) = setting.trim().split_once('(').expect("a setting");
+            let value = value.trim_end().trim_end_matches(')');
+            format!("-set {} {value}", name.trim().trim_start_matches('.'))
+        })
+        .collect();
+    let body = renamed(
+        &format!("{before}YOSYS_MAC16 u_block{after}"),
+        "hwg_mul",
+        "theirs",
+    );
+
+    let toolbox = Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let yosys = toolbox.find(&YOSYS).expect("installed").path;
+    let directory = tempfile::tempdir().expect("a directory");
+    let script = format!(
+        "read_verilog +/ice40/cells_sim.v; chparam {} SB_MAC16; rename SB_MAC16 YOSYS_MAC16; \
+         cd YOSYS_MAC16; proc; write_verilog -noattr -selected theirs.v",
+        settings.join(" ")
+    );
+    let output = Command::new(yosys)
+        .args(["-q", "-p", &script])
+        .current_dir(directory.path())
+        .output()
+        .expect("it runs");
+    assert!(output.status.success(), "{output:?}");
+    let theirs = fs::read_to_string(directory.path().join("theirs.v")).expect("written");
+    assert!(theirs.contains("module YOSYS_MAC16(") && !theirs.contains("parameter"));
+    let mut sources: Vec<String> = ICE40.iter().map(|text| (*text).to_owned()).collect();
+    sources.extend([body, theirs, bench(16, 16, 2000, "theirs")]);
+    let [equal, unequal, nonzero] = compare(&sources, directory.path());
+    assert_eq!((equal, unequal), (1997, 0));
+    assert!(nonzero > 500);
+}
