@@ -296,6 +296,10 @@ impl From<SynthError> for Failure {
         match error {
             SynthError::Tool(error) => error.into(),
             SynthError::Io { path, source } => Self::io(&path, &source),
+            SynthError::NoRoom { .. } => {
+                Self::new(Exit::Difference, "does-not-fit", error.to_string())
+                    .help("emit it with a longer --interval or fewer bits, or take a larger device")
+            }
             SynthError::Strange { .. } => {
                 Self::new(Exit::Tool, "tool-no-verdict", error.to_string())
                     .help("delete the file's directory, so that the tools run again")

@@ -97,6 +97,12 @@ pub enum SynthError {
         /// Why not.
         source: std::io::Error,
     },
+    /// The placer found no room for every cell.
+    #[error("no room for every cell: {taken}")]
+    NoRoom {
+        /// What the core takes of what is there.
+        taken: String,
+    },
     /// A tool wrote something else than it should.
     #[error("{}: {expected} expected, {found} found", path.display())]
     Strange {
@@ -150,7 +156,7 @@ impl Plan<'_> {
     /// If a tool is missing, fails, takes too long or writes what cannot be read.
     pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Synthesis, SynthError> {
         let yosys = self.toolbox.find(&YOSYS)?;
-        let (nextpnr, pin_options) = placer(self.place.tool);
+        let (nextpnr, pins_file, pin_options) = placer(self.place.tool);
         let nextpnr = self.toolbox.find(nextpnr)?;
         let total = 1 + self.seeds.len();
         let shell = shell(&self.source.design, &self.source.manifest.digest);
@@ -173,7 +179,7 @@ impl Plan<'_> {
             &[
                 ("shell.v", &shell.text),
                 ("synth.ys", &script),
-                (PINS, &pins),
+                (pins_file, &pins),
             ],
         )?;
         progress(Progress {
@@ -202,7 +208,7 @@ impl Plan<'_> {
             placed: None,
         };
         if synthesis.fits(self.device) {
-            synthesis.routes = self.place_all(&nextpnr, pin_options, &directory, progress)?;
+            synthesis.routes = self.place_all(&nextpnr, &pin_options, &directory, progress)?;
             if self.place.sites.ff.is_none() {
                 for route in &mut synthesis.routes {
                     route.cells.ff = synthesis.netlist.ff;
@@ -379,6 +385,13 @@ impl Plan<'_> {
                 directory: directory.to_owned(),
                 label: label.clone(),
                 timeout: self.timeout,
+            })
+            .map_err(|error| match &error {
+                ToolError::Failed { log, .. } => fs::read_to_string(log)
+                    .ok()
+                    .and_then(|text| no_room(&text, self.place))
+                    .unwrap_or(SynthError::Tool(error)),
+                _ => SynthError::Tool(error),
             })?;
             if !part.exists() {
                 return Err(run.no_verdict(&nextpnr.name, "a report").into());
@@ -396,18 +409,48 @@ impl Plan<'_> {
     }
 }
 
-/// What the file of pins is called.
-const PINS: &str = "pins.txt";
-
-/// The tool, and its options for the file of pins; those that are not in it may be anywhere.
-fn placer(tool: PlaceTool) -> (&'static Tool, &'static [&'static str]) {
+/// The tool, its file of pins, and the options for that; pins that are not in it may be anywhere.
+fn placer(tool: PlaceTool) -> (&'static Tool, &'static str, [&'static str; 3]) {
     match tool {
-        PlaceTool::Ecp5 => (&NEXTPNR_ECP5, &["--lpf", PINS, "--lpf-allow-unconstrained"]),
+        PlaceTool::Ecp5 => (
+            &NEXTPNR_ECP5,
+            "pins.lpf",
+            ["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
+        ),
         PlaceTool::Ice40 => (
             &NEXTPNR_ICE40,
-            &["--pcf", PINS, "--pcf-allow-unconstrained"],
+            "pins.pcf",
+            ["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
         ),
     }
+}
+
+/// Why a placement was given up, if its log says that there was no room: numbers of sites, and there may
+/// be too few even where each number is below that of the device, as for chains of carries.
+fn no_room(log: &str, place: &Place) -> Option<SynthError> {
+    let given_up = [
+        "Unable to place cell",
+        "failed to place",
+        "no Bels remaining",
+    ];
+    if !given_up.iter().any(|words| log.contains(words)) {
+        return None;
+    }
+    let names = [
+        ("LUT4", Some(&place.sites.lut4)),
+        ("flip-flops", place.sites.ff.as_ref()),
+        ("multipliers", Some(&place.sites.multipliers)),
+        ("block memories", Some(&place.sites.block_rams)),
+    ];
+    let taken = names.iter().filter_map(|(kind, name)| {
+        let (_, counts) = log.split_once(&format!("{}:", (*name)?))?;
+        let (used, rest) = counts.lines().next()?.split_once('/')?;
+        let available = rest.split_whitespace().next()?;
+        Some(format!("{} of {available} {kind}", used.trim()))
+    });
+    Some(SynthError::NoRoom {
+        taken: taken.collect::<Vec<_>>().join(", "),
+    })
 }
 
 /// Names the file in an error.

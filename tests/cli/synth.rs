@@ -301,3 +301,35 @@ fn the_picture_shows_the_layers_and_replaces_nothing_unasked() {
     synth(&place, &[&draw[..], &["--force"]].concat()).exits(0);
     assert_eq!(place.read("seeds"), "1\n2\n1\n");
 }
+
+#[test]
+fn a_core_that_the_placer_finds_no_room_for_does_not_fit() {
+    let place = bench(2, &[100.0]);
+    place.fake_tool(
+        "bin/nextpnr-ecp5",
+        "[ \"$1\" = --version ] && echo '(Version nextpnr-0.11)' && exit\n\
+         echo 'Info:     TRELLIS_COMB:   24100/  24288    99%'\n\
+         echo 'Info:     MULT18X18D:         2/     28     7%'\n\
+         echo 'ERROR: Unable to place cell x, no Bels remaining of type TRELLIS_COMB' >&2\n\
+         exit 1",
+    );
+    let ran = synth(&place, &["--json"]);
+    ran.exits(1);
+    let error = &ran.json()["error"];
+    assert_eq!(error["code"], "does-not-fit");
+    let message = error["message"].as_str().unwrap();
+    assert!(message.contains("24100 of 24288 LUT4"), "{message}");
+    assert!(message.contains("2 of 28 multipliers"), "{message}");
+}
+
+#[test]
+fn a_placer_that_fails_otherwise_is_a_tool_that_failed() {
+    let place = bench(2, &[100.0]);
+    place.fake_tool(
+        "bin/nextpnr-ecp5",
+        "[ \"$1\" = --version ] && echo '(Version nextpnr-0.11)' && exit\necho 'ERROR: no such pin' >&2\nexit 1",
+    );
+    let ran = synth(&place, &["--json"]);
+    ran.exits(3);
+    assert_eq!(ran.json()["error"]["code"], "tool-failed");
+}
