@@ -63,7 +63,7 @@ const AXES: &[(&str, usize)] = &[
     ("multipliers left to synthesis", 15),
     ("multipliers that show their result alone", 15),
     ("no copies of operands", 15),
-    ("registered tables of a ROM", 3),
+    ("registered tables of a ROM", 2),
 ];
 
 #[test]
