@@ -184,10 +184,25 @@ pub(crate) fn describe(design: &Design, bundle: &Bundle) -> String {
 /// What of a design its user should know: inputs of few codes or without effect, and words that
 /// can't hold all that interval analysis can't rule out.
 pub(crate) fn notes(design: &Design) -> Vec<String> {
-    let mut notes: Vec<String> = coarse_inputs(design).collect();
+    let mut notes: Vec<String> = coarser_than_asked(design).into_iter().collect();
+    notes.extend(coarse_inputs(design));
     notes.extend(design.perceptron().layers().filter_map(unread));
     notes.extend(design.perceptron().layers().filter_map(cut));
     notes
+}
+
+fn coarser_than_asked(design: &Design) -> Option<String> {
+    let input = design.input();
+    (input.dropped_bits > 0).then(|| {
+        format!(
+            "inputs are in steps of {} (format {}), {} bits coarser than the file's resolution: \
+             multipliers of {} take no wider words",
+            significant(input.format.step()),
+            input.format,
+            input.dropped_bits,
+            design.device().name
+        )
+    })
 }
 
 /// Inputs with fewer codes than this deserve a note.

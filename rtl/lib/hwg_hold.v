@@ -61,7 +61,10 @@ module hwg_hold #(
 
   assign valid_o   = valid;
   assign first_o   = address < SECOND_BEAT[ADDRESS_WIDTH:0];
+  // verilator lint_off UNSIGNED
+  // Every clock is of the last beat where a frame has no other.
   assign last_o    = address >= LAST_BEAT[ADDRESS_WIDTH:0];
+  // verilator lint_on UNSIGNED
   assign flag_o    = flag_q;
   assign words_o   = word_q;
   assign address_o = address_q;

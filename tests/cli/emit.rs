@@ -122,7 +122,7 @@ fn options_that_cannot_be_met_are_refused() {
         (
             &["--device", "ecp6-85k"],
             "unknown-device",
-            "device: one of generic, ecp5-25k, ecp5-45k, ecp5-85k expected, `ecp6-85k` found",
+            "device: one of generic, ecp5-25k, ecp5-45k, ecp5-85k, ice40-up5k expected, `ecp6-85k` found",
         ),
     ];
     for (options, code, message) in cases {
@@ -297,4 +297,30 @@ fn the_example_of_the_readme_is_shipped() {
     let ran = place.run(&["run", "example", "--inputs", "inputs.csv"]);
     ran.exits(0);
     assert_eq!(ran.stdout.lines().count(), 6);
+}
+
+#[test]
+fn inputs_that_are_too_fine_for_the_multipliers_are_told() {
+    let place = Place::new();
+    let landing = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/designs/landing-wide/weights.json"
+    );
+    let emit = |device: &str| {
+        let ran = place.run(&[
+            "emit",
+            "--weights",
+            landing,
+            "--device",
+            device,
+            "--out",
+            device,
+            "--json",
+        ]);
+        ran.exits(0);
+        ran.json()["notes"].to_string()
+    };
+    let told = "inputs are in steps of 0.06250 (format Q11.4), 2 bits coarser";
+    assert!(emit("ice40-up5k").contains(told));
+    assert!(!emit("ecp5-85k").contains("coarser"));
 }

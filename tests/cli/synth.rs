@@ -214,7 +214,7 @@ fn a_device_that_cannot_be_is_refused() {
     place.run(&["synth", "build/tiny"]).fails(
         2,
         "error: --device: one that open tools place and route on expected, `generic` found\n\
-         help: one of ecp5-25k, ecp5-45k, ecp5-85k\n",
+         help: one of ecp5-25k, ecp5-45k, ecp5-85k, ice40-up5k\n",
     );
     let ran = place.run(&["synth", "build/tiny", "--device", "ecp5-85"]);
     ran.exits(2);

@@ -21,6 +21,8 @@ pub struct InputFormat {
     pub low: Vec<i64>,
     /// Greatest code of each input: the upper edge of the box.
     pub high: Vec<i64>,
+    /// Bits of the file's resolution that the words lack, as the device's multipliers take no more.
+    pub dropped_bits: u32,
 }
 
 impl InputFormat {
@@ -32,10 +34,11 @@ impl InputFormat {
     /// all, and where the words meet weights that the trainer fixed.
     pub(super) fn of(net: &FloatNet, multiplier_bits: u32) -> Result<Self, QuantizeError> {
         let inputs = &net.inputs;
-        let formats = if inputs.resolution.is_some() || meets_fixed_weights(net) {
-            vec![common(inputs, multiplier_bits)?; inputs.names.len()]
+        let (formats, dropped_bits) = if inputs.resolution.is_some() || meets_fixed_weights(net) {
+            let (format, dropped_bits) = common(inputs, multiplier_bits)?;
+            (vec![format; inputs.names.len()], dropped_bits)
         } else {
-            each(inputs)?
+            (each(inputs)?, 0)
         };
         let format = *formats
             .iter()
@@ -63,6 +66,7 @@ impl InputFormat {
             format,
             low,
             high,
+            dropped_bits,
         })
     }
 
@@ -101,13 +105,15 @@ fn meets_fixed_weights(net: &FloatNet) -> bool {
         }
 }
 
-/// One format for all inputs: that of the resolution, or the finest that holds every box.
-fn common(inputs: &Inputs, multiplier_bits: u32) -> Result<QFormat, QuantizeError> {
+/// One format for all inputs: that of the resolution, or the finest that holds every box; and how
+/// many bits of the resolution it lacks.
+fn common(inputs: &Inputs, multiplier_bits: u32) -> Result<(QFormat, u32), QuantizeError> {
     let low = inputs.min.iter().copied().fold(f64::INFINITY, f64::min);
     let high = inputs.max.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let Some(resolution) = inputs.resolution else {
-        return QFormat::holding(DEFAULT_INPUT_BITS, low, high)
-            .map_err(|_| magnitude("the inputs", low.abs().max(high.abs())));
+        let format = QFormat::holding(DEFAULT_INPUT_BITS, low, high)
+            .map_err(|_| magnitude("the inputs", low.abs().max(high.abs())))?;
+        return Ok((format, 0));
     };
     // The coarsest power of two that is no coarser than the resolution.
     let fraction = -libm::ilogb(resolution);
@@ -129,14 +135,17 @@ fn common(inputs: &Inputs, multiplier_bits: u32) -> Result<QFormat, QuantizeErro
     }
     // Finer than the device's multipliers take: one word more than fits would take four of them.
     if format.width() > multiplier_bits {
-        let fraction = fraction - (format.width() - multiplier_bits).cast_signed();
-        return QFormat::with_fraction(fraction, low, high).map_err(|_| too_wide(format.width()));
+        let dropped = format.width() - multiplier_bits;
+        let coarser = QFormat::with_fraction(fraction - dropped.cast_signed(), low, high)
+            .map_err(|_| too_wide(format.width()))?;
+        return Ok((coarser, dropped));
     }
     if format.width() < least {
-        return QFormat::new(least, fraction)
-            .map_err(|_| magnitude_of("inputs: a resolution", resolution));
+        let format = QFormat::new(least, fraction);
+        let format = format.map_err(|_| magnitude_of("inputs: a resolution", resolution))?;
+        return Ok((format, 0));
     }
-    Ok(format)
+    Ok((format, 0))
 }
 
 /// The finest format of the default width for each input alone.
