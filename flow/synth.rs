@@ -430,8 +430,10 @@ fn placer(tool: PlaceTool) -> (&'static Tool, &'static str, [&'static str; 3]) {
 fn no_room(log: &str, place: &Place) -> Option<SynthError> {
     let given_up = [
         "Unable to place cell",
+        "Unable to find legal placement",
+        "Unable to find a placement",
+        "Unable to find placement",
         "failed to place",
-        "no Bels remaining",
     ];
     if !given_up.iter().any(|words| log.contains(words)) {
         return None;

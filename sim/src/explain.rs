@@ -149,42 +149,39 @@ impl Place<'_> {
             }
             _ => {}
         }
+        // Clocks behind the address: those of the copies and of the ROM, then a clock a register.
+        let data = self.layer.operand_latency() + 1;
         if let Some((pe, "data_q")) = numbered("u_w") {
-            self.array(pe, Some(lane), 3, w, meaning);
+            self.array(pe, Some(lane), data, w, meaning);
         } else if let Some((pe, rest)) = numbered("u_pe") {
             if let Some((simd, register)) = indexed(rest, "g_mul[") {
                 match register {
                     "u_mul.a_q" => {
-                        self.array(pe, Some(simd), 4, x, meaning);
+                        self.array(pe, Some(simd), data + 1, x, meaning);
                         meaning.fraction = Some(x);
                     }
-                    "u_mul.b_q" => self.array(pe, Some(simd), 4, w, meaning),
-                    "u_mul.p_q" => self.array(pe, Some(simd), 5, x + w, meaning),
-                    _ => self.array(pe, Some(simd), 6, x + w, meaning),
+                    "u_mul.b_q" => self.array(pe, Some(simd), data + 1, w, meaning),
+                    "u_mul.p_q" => self.array(pe, Some(simd), data + 2, x + w, meaning),
+                    _ => self.array(pe, Some(simd), data + 3, x + w, meaning),
                 }
             } else if let Some(level) = rest.strip_prefix("u_level") {
                 let level = level
                     .split('.')
                     .next()
                     .and_then(|l| l.parse::<usize>().ok());
-                self.array(pe, None, 6 + level.unwrap_or(0), x + w, meaning);
+                self.array(pe, None, data + 3 + level.unwrap_or(0), x + w, meaning);
             } else if let Some(behind) = match rest {
                 "operands_q" => Some(2),
                 "operands_q2" => Some(3),
+                "operands_q3" => Some(4),
                 _ => None,
             } {
                 let fold = self.history.fold(behind);
                 meaning.input = fold.and_then(|f| self.layer.input(lane, f));
                 meaning.fraction = Some(x);
             } else if rest.starts_with("u_acc") {
-                // Where neurons take turns, an older sum stands in each further word.
-                self.array(
-                    pe,
-                    None,
-                    7 + self.layer.tree_levels() + lane,
-                    x + w,
-                    meaning,
-                );
+                let fold = self.fold_of_sum(data + 4 + self.layer.tree_levels(), lane);
+                self.of_fold(pe, None, fold, x + w, meaning);
             }
         } else if path == "u_bias.data_q" || path == "u_requant.sum_q" {
             let up = if path == "u_bias.data_q" {
@@ -240,7 +237,34 @@ impl Place<'_> {
         fraction: i32,
         meaning: &mut Meaning,
     ) {
-        let Some(fold) = self.history.fold(behind) else {
+        self.of_fold(pe, simd, self.history.fold(behind), fraction, meaning);
+    }
+
+    /// The clock of a frame whose sum stands in word `lane` of an accumulator.
+    ///
+    /// Where neurons take turns each further word is of the turn before; while no beat is offered the
+    /// address is that of the next one, and the newest sum of the turn before it.
+    fn fold_of_sum(&self, behind: usize, lane: usize) -> Option<usize> {
+        let address = self.history.fold(behind)?;
+        let turns = self.layer.turns();
+        if turns == 1 {
+            return Some(address);
+        }
+        let offered = self.history.counter("u_hold.left_q", behind)?;
+        let newest = address + turns - usize::from(offered == 0);
+        Some((newest - lane) % turns)
+    }
+
+    /// A register of the array that belongs to a clock of a frame.
+    fn of_fold(
+        &self,
+        pe: usize,
+        simd: Option<usize>,
+        fold: Option<usize>,
+        fraction: i32,
+        meaning: &mut Meaning,
+    ) {
+        let Some(fold) = fold else {
             return;
         };
         meaning.neuron = self.layer.neuron(pe, fold);

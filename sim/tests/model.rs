@@ -4,7 +4,7 @@ use hwgen_sim::model::{Model, Pins};
 use hwgen_sim::session;
 use hwgen_sim::stimulus::segments;
 use hwgen_spec::design::Design;
-use hwgen_spec::options::Options;
+use hwgen_spec::options::{Budget, Options};
 use hwgen_spec::weights;
 
 #[test]
@@ -63,4 +63,33 @@ fn values_do_not_depend_on_having_been_looked_at() {
         }
         assert_eq!(values(&alone), values(&watched), "{}", segment.name);
     }
+}
+
+/// 1025 inputs a clock, accumulated, behind ROMs that are read in two: 17 clocks of four control bits.
+#[test]
+fn the_widest_array_with_the_slowest_rom_has_room_for_its_control_bits() {
+    let row = format!("[{}]", ["0.01"; 2050].join(","));
+    let text = format!(
+        r#"{{"format": "hwgen-weights/1", "name": "wide",
+          "inputs": {{"min": [{}], "max": [{}]}},
+          "networks": [{{"name": "net", "layers": [
+            {{"activation": "linear", "weights": [{}]}}]}}]}}"#,
+        ["-1"; 2050].join(","),
+        ["1"; 2050].join(","),
+        [row.as_str(); 33].join(","),
+    );
+    let options = Options {
+        device: Some("ecp5-85k".into()),
+        budget: Budget::Interval(66),
+        ..Options::default()
+    };
+    let net = weights::read(text.as_bytes()).expect("readable");
+    let design = Design::new(&net, &options).expect("a legal design");
+    let layer = design.perceptron().layers().next().expect("a layer");
+    assert_eq!((layer.rom_latency, layer.tree_levels()), (2, 11));
+    assert!(layer.accumulates());
+    let segment = &segments(&design, &[], 2, 1)[0];
+    let session = session::run(&design, segment);
+    assert_eq!(session.difference, None);
+    assert!(session.frames > 0);
 }

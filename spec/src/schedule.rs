@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::design::{Feed, Layer, Perceptron, Port};
 
 /// Cycles from a multiplier's operands to its product, which is registered twice: in the device's
-/// block and, on its way to the adders, outside.
+/// block, and once more there or on its way to the adders.
 const MULTIPLIER_LATENCY: usize = 3;
 /// Cycles from a sum to its requantized word, a neuron's own shift not counted.
 pub const REQUANT_LATENCY: usize = 4;

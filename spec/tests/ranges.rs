@@ -3,7 +3,7 @@
 use hwgen_spec::design::Design;
 use hwgen_spec::network::FloatNet;
 use hwgen_spec::options::{Options, WidthSetting};
-use hwgen_spec::quantize::QuantizeError;
+use hwgen_spec::quantize::{QuantizeError, quantize};
 use hwgen_spec::weights;
 
 /// A design with inputs of these boxes and these networks' layers, in JSON.
@@ -94,6 +94,29 @@ fn a_resolution_holds_for_all_inputs() {
         matches!(&refused, QuantizeError::OneCode { input, .. } if input == "in1"),
         "{refused}"
     );
+}
+
+/// The code of the greatest edge, 65535, has 17 bits; without one it rounds to 32768, which has 17 as
+/// well, so that a second one goes.
+#[test]
+fn inputs_are_no_wider_than_the_multipliers_of_the_device() {
+    let mut net = net(
+        &[0.0],
+        &[1023.99],
+        r#"{"activation": "linear", "weights": [[1]]}"#,
+    );
+    net.inputs.resolution = Some(1.0 / 64.0);
+    let input = |device: Option<&str>| {
+        let options = Options {
+            device: device.map(str::to_owned),
+            ..Options::default()
+        };
+        let input = quantize(&net, &options).expect("a design").input;
+        (input.format.width(), input.dropped_bits)
+    };
+    assert_eq!(input(None), (17, 0));
+    assert_eq!(input(Some("ecp5-25k")), (17, 0));
+    assert_eq!(input(Some("ice40-up5k")), (16, 2));
 }
 
 #[test]

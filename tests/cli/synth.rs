@@ -310,7 +310,7 @@ fn a_core_that_the_placer_finds_no_room_for_does_not_fit() {
         "[ \"$1\" = --version ] && echo '(Version nextpnr-0.11)' && exit\n\
          echo 'Info:     TRELLIS_COMB:   24100/  24288    99%'\n\
          echo 'Info:     MULT18X18D:         2/     28     7%'\n\
-         echo 'ERROR: Unable to place cell x, no Bels remaining of type TRELLIS_COMB' >&2\n\
+         echo 'ERROR: Unable to find legal placement for all cells, design is probably at utilisation limit.' >&2\n\
          exit 1",
     );
     let ran = synth(&place, &["--json"]);

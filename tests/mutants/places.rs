@@ -11,7 +11,7 @@ use hwgen_sim::verify::FirstDifference;
 use hwgen_spec::design::{Design, Layer, bias_rom_width};
 
 use super::fixture::fixture;
-use super::support::{check_source, in_parallel};
+use super::support::{check_source, emit, in_parallel};
 use super::{ICARUS, RANDOM, SEED, bundle, edit};
 
 /// Rewrites the digits of word `address` of a ROM.
@@ -87,6 +87,36 @@ fn first_read(design: &Design, counter: &str, address: usize) -> usize {
 fn layer_of<'a>(design: &'a Design, name: &str) -> &'a Layer {
     let mut layers = design.perceptron().layers();
     layers.find(|l| l.quant.name == name).expect(name)
+}
+
+/// The last weight of each layer where nothing stands between a ROM and the multipliers.
+#[test]
+fn a_weight_bit_is_named_without_copies_of_the_address() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (net, mut options) = fixture();
+    options.device = Some("ice40-up5k".into());
+    let design = Design::new(&net, &options).expect("legal");
+    let layers: Vec<&Layer> = design.perceptron().layers().collect();
+    in_parallel(&layers, |layer| {
+        let name = &layer.quant.name;
+        let bundle = emit(&net, &options, &directory.path().join(name));
+        let source = Source::read(&bundle).expect("a bundle as it was emitted");
+        let (neuron, input) = (layer.quant.outputs() - 1, layer.quant.inputs() - 1);
+        let pe = neuron % layer.fold.pe;
+        let bits = layer.quant.weight_format.width();
+        let bit = u32::try_from(input % layer.fold.simd).expect("small") * bits + 2;
+        let rom = bundle.join(format!("rtl/mutant_{name}_w{pe}.v"));
+        // Whatever the order of folds, the last weight stands in the last word.
+        flip(&rom, layer.folds() - 1, bit);
+        let found = first_difference(&bundle, &source, name);
+        let signal = format!("mutant.u_mlp.u_{name}.u_w{pe}.data_q");
+        assert_eq!(found.signal, signal);
+        assert_eq!(
+            (found.neuron, found.input),
+            (Some(neuron), Some(input)),
+            "{name}"
+        );
+    });
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The cells that bring operands to an array: gather, replay, beats.
+//! The cells that bring operands to an array: gather, replay, beats, hold.
 
 use super::array::{code, real};
 use super::probe::{Probe, address_bits, counter_bits, within};

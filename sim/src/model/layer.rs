@@ -204,20 +204,20 @@ struct Delay {
     /// Where the oldest entry begins.
     foot: u32,
     /// The bits of all entries.
-    all: u64,
-    pipe: u64,
+    all: u128,
+    pipe: u128,
 }
 
 impl Delay {
-    /// At most 4 bits for 16 clocks: an array of the widest layer.
+    /// At most 4 bits for 17 clocks: an array of the widest layer, with a ROM of several tables.
     fn new(width: u32, depth: usize) -> Self {
         let depth = u32::try_from(depth).expect("a small number");
-        assert!(width * depth <= 64, "{width} bits for {depth} clocks");
+        assert!(width * depth <= 128, "{width} bits for {depth} clocks");
         Self {
             width,
             depth,
             foot: width * (depth - 1),
-            all: u64::MAX >> (64 - width * depth),
+            all: u128::MAX >> (128 - width * depth),
             pipe: 0,
         }
     }
@@ -225,7 +225,7 @@ impl Delay {
     /// What comes out.
     #[inline]
     fn code(&self) -> u64 {
-        self.pipe >> self.foot
+        u64::try_from(self.pipe >> self.foot).expect("one entry")
     }
 
     #[inline]
@@ -233,13 +233,14 @@ impl Delay {
         self.pipe = if reset {
             0
         } else {
-            (self.pipe << self.width | code) & self.all
+            (self.pipe << self.width | u128::from(code)) & self.all
         };
     }
 
     fn show<P: Probe>(&self, probe: &mut P) {
         let mask = (1 << self.width) - 1;
-        let codes = (0..self.depth).map(|i| (self.pipe >> (i * self.width) & mask).cast_signed());
+        let entry = |i| i64::try_from(self.pipe >> (i * self.width) & mask).expect("one entry");
+        let codes = (0..self.depth).map(entry);
         probe.words("pipe_q", self.width, &codes.collect::<Vec<_>>());
     }
 }

@@ -133,12 +133,16 @@ fn common(inputs: &Inputs, multiplier_bits: u32) -> Result<(QFormat, u32), Quant
     if format.width() > *OPERAND_BITS.end() {
         return Err(too_wide(format.width()));
     }
-    // Finer than the device's multipliers take: one word more than fits would take four of them.
-    if format.width() > multiplier_bits {
-        let dropped = format.width() - multiplier_bits;
-        let coarser = QFormat::with_fraction(fraction - dropped.cast_signed(), low, high)
+    // Finer than the device's multipliers take: it loses bits until they do. An edge of the box may round
+    // to a word of a bit more, so that each width is looked at.
+    let (mut format, mut dropped) = (format, 0u32);
+    while format.width() > multiplier_bits {
+        dropped += 1;
+        format = QFormat::with_fraction(fraction - dropped.cast_signed(), low, high)
             .map_err(|_| too_wide(format.width()))?;
-        return Ok((coarser, dropped));
+    }
+    if dropped > 0 {
+        return Ok((format, dropped));
     }
     if format.width() < least {
         let format = QFormat::new(least, fraction);
