@@ -34,6 +34,7 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
     for register in Model::new(design).registers() {
         let name = register.path.rsplit('.').next().unwrap_or_default();
         let bits: u64 = register.lanes.iter().map(|bits| u64::from(*bits)).sum();
+        let bits = bits - constant_bits(design, &register.path, register.lanes.len());
         if register.path.contains("u_mul.") && name != "r_q" && in_block(&register.path) {
             continue;
         }
@@ -81,6 +82,29 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
         .collect()
 }
 
+/// Bits of a register of sums that are zero whatever comes: no weight has a digit there.
+fn constant_bits(design: &Design, path: &str, lanes: usize) -> u64 {
+    let Some((layer, register)) = path
+        .strip_prefix("u_mlp.u_")
+        .and_then(|path| path.split_once('.'))
+    else {
+        return 0;
+    };
+    let name = register.rsplit('.').next().unwrap_or_default();
+    if !["sum_q", "biased_q", "word_q"].contains(&name)
+        || !(register.starts_with("u_requant.sum_q")
+            || register.ends_with("biased_q")
+            || register.starts_with("u_drain"))
+    {
+        return 0;
+    }
+    let found = design.perceptron().layers().find(|l| l.quant.name == layer);
+    let zeros = found
+        .filter(|l| l.adders().is_some())
+        .map_or(0, |l| l.quant.trailing_zeros());
+    u64::from(zeros) * lanes as u64
+}
+
 /// The layers whose multipliers no block holds: those of the array, and of the activation (true).
 fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str, bool)> {
     let mut wide = HashSet::new();
@@ -90,7 +114,8 @@ fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str
         let table = quant.table.as_ref();
         let (distance, slope) = table.map_or((0, 0), |t| table_operands(t));
         for (a, b, activation) in [(x, w, false), (distance, slope, true)] {
-            if a.max(b) > device.multiplier_bits.unwrap_or(0) {
+            let in_logic = activation && layer.activation_in_logic;
+            if in_logic || a.max(b) > device.multiplier_bits.unwrap_or(0) {
                 wide.insert((quant.name.as_str(), activation));
             }
         }
@@ -118,6 +143,17 @@ fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
         multipliers,
         ..Sites::default()
     }
+}
+
+/// `hwg_mul_logic`: for each two bits of the second operand a sum of two words that these let through,
+/// then sums of these.
+fn logic_multiplier(a: u32, b: u32) -> Sites {
+    let pairs = b.div_ceil(2);
+    let quads = pairs.div_ceil(2);
+    let even = |bits: u32| bits.next_multiple_of(2);
+    let products = pairs * (2 * a + even(a + 2));
+    let sums = (pairs - quads) * even(a + 4) + (quads - 1) * even(a + 4);
+    luts(u64::from(products + sums))
 }
 
 fn luts(lut4: u64) -> Sites {
@@ -154,9 +190,17 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         array += adder(sum) + sum;
     }
     let own = multiplier(device, quant.input.width(), quant.weight_format.width());
-    let array = luts(pe * array) + own * layer.multipliers() as u64;
+    let array = match layer.adders() {
+        Some(sums) => luts(sums.adders.iter().map(|a| adder(bits(a.width))).sum()),
+        None => luts(pe * array) + own * layer.multipliers() as u64,
+    };
 
-    let weights = (0..layer.fold.pe)
+    let elements = if layer.adders().is_some() {
+        0
+    } else {
+        layer.fold.pe
+    };
+    let weights = (0..elements)
         .map(|p| rom(device, &codes(layer, p), quant.weight_format.width()))
         .fold(Sites::default(), |sum, rom| sum + rom);
     let biased = quant.biased_width;
@@ -172,12 +216,13 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
 
     // Sum of bias, shift of the neuron, comparison and saturation.
     let shift = bits(extra_shift_width(quant)) * bits(biased) * 9 / 10;
-    let requant = lanes * (adder(bits(biased)) + shift + 2 * bits(quant.pre.width()));
+    let zeros = layer.adders().map_or(0, |_| quant.trailing_zeros());
+    let requant = lanes * (adder(bits(biased - zeros)) + shift + 2 * bits(quant.pre.width()));
     let replay = match layer.feed {
         Feed::Replay if layer.accumulates() => x * quant.inputs() as u64,
         _ => 0,
     };
-    let drain = (pe - lanes) * sum;
+    let drain = (pe - lanes) * (sum - bits(zeros));
     let mut pieces = vec![
         ("u_pe0", array),
         ("u_w0", weights),
@@ -192,7 +237,11 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         let sum = adder(bits(table.fraction() + table.slope_bits()));
         segments.lut4 += sum + 2 * bits(quant.output.width());
         let (distance, slope) = table_operands(table);
-        segments += multiplier(device, distance, slope);
+        segments += if layer.activation_in_logic {
+            logic_multiplier(slope - 1, distance - 1)
+        } else {
+            multiplier(device, distance, slope)
+        };
         pieces.push(("g_act[0]", segments * lanes));
     }
     pieces

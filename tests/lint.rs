@@ -579,7 +579,7 @@ fn icarus_sees_what_is_wrong() {
     assert!(found.is_some_and(|t| t.contains("in_clipped") || t.contains("clipped")));
     for damage in [
         "  wire implicit = never_declared;",
-        "  hwg_fifo u_open (.clk_i(aclk), .no_port(aclk));",
+        "  hwg_slice u_open (.clk_i(aclk), .no_port(aclk));",
     ] {
         let (_root, bundle, directory) = damaged(with(damage));
         assert!(

@@ -40,6 +40,10 @@ pub struct Request {
     /// Bits of output words [default: 24]
     #[arg(long, value_name = "B")]
     pub output_bits: Option<u32>,
+    /// Bits of a beat of either stream, at least, where there are as many words: a power of two
+    /// [default: a word, or 64 on ECP5]
+    #[arg(long, value_name = "B")]
+    pub stream_bits: Option<u32>,
     /// Segments of the activation tables, a power of two [default: enough for 2 output steps]
     #[arg(long, value_name = "S")]
     pub segments: Option<u32>,
@@ -81,6 +85,7 @@ impl Request {
             weight_bits: self.weight_bits.clone(),
             activation_bits: self.activation_bits.clone(),
             segments: self.segments,
+            stream_bits: self.stream_bits,
             output_bits: self.output_bits,
         }
     }

@@ -6,6 +6,7 @@ use hwgen_spec::network::Activation;
 use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 use hwgen_spec::schedule::{finish_latency, sum_latency};
 
+use crate::adders;
 use crate::bundle::File;
 use crate::rom;
 use crate::stage::wire_range;
@@ -21,11 +22,11 @@ struct LayerContext<'a> {
     inputs: usize,
     outputs: usize,
     activation: &'static str,
+    array_note: String,
+    adders: bool,
+    whole: bool,
     pe: usize,
-    pe_s: &'static str,
     simd: usize,
-    simd_s: &'static str,
-    folds: usize,
     neuron_folds: usize,
     synapse_folds: usize,
     starts: usize,
@@ -82,7 +83,11 @@ struct LayerContext<'a> {
     segment_width: u32,
     slope_bits: u32,
     table_fraction: u32,
+    slope_width: u32,
+    distance_width: u32,
+    product_width: u32,
     sigmoid: u32,
+    in_logic: bool,
 }
 
 #[derive(Template)]
@@ -145,6 +150,13 @@ pub(crate) fn table_module(design: &str, layer: &Layer) -> Option<String> {
 /// All modules of a layer but the table, which layers share.
 pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
     let module = format!("{}_{}", header.design, layer.quant.name);
+    if let Some(sums) = layer.adders() {
+        return vec![
+            layer_module(&module, layer, header),
+            adders::file(&format!("{module}_adders"), layer, sums, header),
+            rom::biases(&format!("{module}_bias"), layer, header),
+        ];
+    }
     let mut files = vec![
         layer_module(&module, layer, header),
         pe_module(&module, layer, header),
@@ -158,12 +170,14 @@ pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
 
 fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let quant = &layer.quant;
+    let sums = layer.adders();
     let (replay, hold) = (layer.feed == Feed::Replay, layer.feed == Feed::Hold);
+    let whole = layer.reads_whole();
     let (pe, simd, lanes) = (layer.fold.pe, layer.fold.simd, layer.lanes);
     let (x, w, y) = (quant.input, quant.weight_format, quant.output);
     let (sum_width, pre_width) = (bits(quant.sum_width), bits(quant.pre.width()));
     let operands_width = simd * bits(x.width());
-    let vector_words = if replay { quant.inputs() } else { simd };
+    let vector_words = if whole { quant.inputs() } else { simd };
     let address = address_width(layer.folds());
     let bias_address = address_width(layer.array_beats());
     let bias_copies = layer.bias_address_copies(header.device);
@@ -174,6 +188,7 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         (Feed::Replay, n) => {
             format!("the vector is held and offered {n} times, once for each group of neurons.")
         }
+        (Feed::Adders, _) => "by shifts and adders, all neurons at once.".to_owned(),
         (Feed::Direct, _) => "the words of the layer before are used as they come.".to_owned(),
         (Feed::Hold, n) => {
             let group = if pe == 1 {
@@ -201,11 +216,20 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         inputs: quant.inputs(),
         outputs: quant.outputs(),
         activation: activation.name(),
+        array_note: if sums.is_some() {
+            "no multipliers, a frame a clock".to_owned()
+        } else {
+            format!(
+                "{pe} neuron{} x {simd} input{} a clock, {} clocks a frame",
+                plural(pe),
+                plural(simd),
+                layer.folds()
+            )
+        },
+        adders: sums.is_some(),
+        whole,
         pe,
-        pe_s: plural(pe),
         simd,
-        simd_s: plural(simd),
-        folds: layer.folds(),
         neuron_folds: layer.neuron_folds(),
         synapse_folds: layer.synapse_folds(),
         starts: layer.start_copies(),
@@ -238,7 +262,11 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         accumulates: layer.accumulates(),
         drains,
         has_table: table.is_some(),
-        valid: if replay || hold { "valid" } else { "valid_i" },
+        valid: match layer.feed {
+            Feed::Replay | Feed::Hold => "valid",
+            Feed::Direct => "valid_i",
+            Feed::Adders => "start_i",
+        },
         flag: if replay || hold { "flag" } else { "flag_i" },
         operands: if replay || hold {
             "operands"
@@ -286,7 +314,11 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         segment_width: table.map_or(0, |t| t.segment_bits()),
         slope_bits: table.map_or(0, |t| t.slope_bits()),
         table_fraction: table.map_or(0, |t| t.fraction()),
+        slope_width: table.map_or(1, |t| t.slope_width()),
+        distance_width: table.map_or(1, |t| t.distance_bits()),
+        product_width: table.map_or(4, |t| t.slope_width() + t.distance_bits() + 2),
         sigmoid: u32::from(activation == Activation::Sigmoid),
+        in_logic: layer.activation_in_logic,
     };
     header.rtl(module, finish(context.render()))
 }
@@ -339,7 +371,9 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
         simd_s: plural(simd),
         sum_note: if layer.accumulates() {
             match layer.feed {
-                Feed::Replay | Feed::Direct => ", accumulated over a group of clocks",
+                Feed::Replay | Feed::Direct | Feed::Adders => {
+                    ", accumulated over a group of clocks"
+                }
                 Feed::Hold => ", accumulated over the beats, several neurons in turns",
             }
         } else {

@@ -10,23 +10,26 @@ macro_rules! cells {
     };
 }
 
-const CELLS: [(&str, &str); 17] = cells![
+const CELLS: [(&str, &str); 20] = cells![
     "hwg_accumulator",
+    "hwg_add",
     "hwg_admit",
     "hwg_beats",
     "hwg_delay",
     "hwg_drain",
     "hwg_egress",
-    "hwg_fifo",
     "hwg_gather",
     "hwg_group",
     "hwg_hold",
     "hwg_ingress",
     "hwg_mul",
+    "hwg_mul_logic",
+    "hwg_pair",
     "hwg_pwl",
     "hwg_queue",
     "hwg_replay",
     "hwg_requant",
+    "hwg_slice",
     "hwg_tree_level",
 ];
 
@@ -44,11 +47,20 @@ fn replacements(device: &Device) -> Replacements {
         },
         Family::Generic => unreachable!("no number of multipliers is known of it"),
         Family::Ecp5 => Replacements {
-            cells: &[("hwg_mul", include_str!("../../rtl/devices/ecp5/hwg_mul.v"))],
-            models: &[(
-                "MULT18X18D",
-                include_str!("../../rtl/devices/ecp5/MULT18X18D.v"),
-            )],
+            cells: &[
+                ("hwg_mul", include_str!("../../rtl/devices/ecp5/hwg_mul.v")),
+                (
+                    "hwg_pair",
+                    include_str!("../../rtl/devices/ecp5/hwg_pair.v"),
+                ),
+            ],
+            models: &[
+                (
+                    "MULT18X18D",
+                    include_str!("../../rtl/devices/ecp5/MULT18X18D.v"),
+                ),
+                ("CCU2C", include_str!("../../rtl/devices/ecp5/CCU2C.v")),
+            ],
         },
         Family::Ice40 => Replacements {
             cells: &[("hwg_mul", include_str!("../../rtl/devices/ice40/hwg_mul.v"))],

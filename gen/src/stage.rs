@@ -1,7 +1,7 @@
 //! The perceptron stage: layers, their gathering, the answers' queues.
 
 use askama::Template;
-use hwgen_spec::design::{Design, Feed, Layer, Perceptron};
+use hwgen_spec::design::{Design, Layer, Perceptron};
 
 use crate::bundle::File;
 use crate::layer::{self, table_module};
@@ -30,12 +30,14 @@ struct StageContext {
 
 struct LayerContext {
     name: String,
+    /// Wire that tells a clock ahead that a beat comes.
+    next: String,
     module: String,
     note: String,
     inputs: usize,
     outputs: usize,
     activation: &'static str,
-    replay: bool,
+    whole: bool,
     gathered: bool,
     starts: usize,
     starts_range: String,
@@ -171,10 +173,10 @@ fn layer_context(
     header: &Header,
 ) -> LayerContext {
     let quant = &layer.quant;
-    let replay = layer.feed == Feed::Replay;
+    let whole = layer.reads_whole();
     let copies = layer.start_copies();
     let starts = Layer::gather_starts(readers);
-    let (start, flag, vector) = match (before, replay) {
+    let (start, flag, vector) = match (before, whole) {
         (None, _) => (
             if copies == 1 {
                 "start_q".to_owned()
@@ -208,18 +210,26 @@ fn layer_context(
     let width = bits(quant.output.width());
     LayerContext {
         module: format!("{}_{}", header.design, quant.name),
-        note: format!(
-            ", {} x {} multiplier{} for {} clocks",
-            layer.fold.pe,
-            layer.fold.simd,
-            crate::plural(layer.multipliers()),
-            layer.folds()
+        note: match layer.adders() {
+            Some(sums) => format!(", {} adders", sums.adders.len()),
+            None => format!(
+                ", {} x {} multiplier{} for {} clocks",
+                layer.fold.pe,
+                layer.fold.simd,
+                crate::plural(layer.multipliers()),
+                layer.folds()
+            ),
+        },
+        next: format!(
+            "{}{}_next",
+            if starts > 0 { "" } else { "unused_" },
+            quant.name
         ),
         name: quant.name.clone(),
         inputs: quant.inputs(),
         outputs: quant.outputs(),
         activation: quant.activation.name(),
-        replay,
+        whole,
         gathered: starts > 0,
         starts,
         starts_range: wire_range(starts),

@@ -2,6 +2,7 @@
 
 mod cholesky;
 pub mod data;
+mod integer;
 pub mod learner;
 mod levenberg;
 mod normal;
@@ -11,6 +12,7 @@ mod rprop;
 mod tanh;
 mod training;
 
+pub use integer::IntegerFront;
 pub use levenberg::Levenberg;
 pub use perceptron::{Batch, Perceptron, Shape, Slope};
 pub use rprop::Rprop;

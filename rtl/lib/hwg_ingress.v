@@ -26,7 +26,7 @@ module hwg_ingress #(
   input  wire [WORDS*WIDTH-1:0]           low_i,
   input  wire [WORDS*WIDTH-1:0]           high_i,
   output wire                             frame_next_o,   // a frame stands in frame_o after this edge
-  input  wire                             frame_taken_i,  // the one that stands there is taken
+  input  wire                             take_next_i,    // it is taken at the edge behind that
   output wire [WORDS*WIDTH-1:0]           frame_o,
   output wire                             clipped_o,
   output wire                             error_o
@@ -52,21 +52,20 @@ module hwg_ingress #(
 
   // The frame.
   reg [WORDS*WIDTH-1:0] word_q    = {WORDS*WIDTH{1'b0}};
-  reg                   full_q    = 1'b0;
   reg                   clipped_q = 1'b0;
   reg                   error_q   = 1'b0;
 
-  wire room  = ~full_q | frame_taken_i;
-  wire move  = ~valid_q2 | room;
-  wire take  = beat_valid & move;
-  wire put   = valid_q2 & room;
+  // Both are decided a clock ahead, so that registers drive what moves whole beats.
+  reg room_q = 1'b0;  // no frame stands in word_q, or the one that does is taken now
+  reg move_q = 1'b0;  // beats move on, for none waits for room
+
+  wire take  = beat_valid & move_q;
+  wire put   = valid_q2 & room_q;
   wire first = enable_q2[0];
 
   wire unused_ready_next;
-  wire unused_valid_next;
-  hwg_fifo #(
-    .WIDTH(1 + BEAT_WORDS*LANE_WIDTH),
-    .DEPTH(2)
+  hwg_slice #(
+    .WIDTH(1 + BEAT_WORDS*LANE_WIDTH)
   ) u_slice (
     .clk_i       (clk_i),
     .rst_i       (rst_i),
@@ -75,35 +74,36 @@ module hwg_ingress #(
     .ready_next_o(unused_ready_next),
     .data_i      ({tlast_i, tdata_i}),
     .valid_o     (beat_valid),
-    .valid_next_o(unused_valid_next),
-    .ready_i     (move),
+    .ready_i     (move_q),
     .data_o      ({beat_last, beat_data})
   );
 
-  wire full_d = (put & last_q2) | (full_q & ~frame_taken_i);
+  wire full_d   = (put & last_q2) | ~room_q;
+  wire room_d   = ~full_d | take_next_i;
+  wire valid_d2 = move_q ? valid_q : valid_q2;
 
   always @(posedge clk_i) begin
     if (rst_i) begin
       index_q  <= {INDEX_WIDTH{1'b0}};
       valid_q  <= 1'b0;
       valid_q2 <= 1'b0;
-      full_q   <= 1'b0;
+      room_q   <= 1'b1;
+      move_q   <= 1'b1;
     end else begin
       if (take) begin
         if (beat_last)                              index_q <= {INDEX_WIDTH{1'b0}};
         else if (index_q != BEATS[INDEX_WIDTH-1:0]) index_q <= index_q + 1'b1;
       end
-      if (move) begin
-        valid_q  <= beat_valid;
-        valid_q2 <= valid_q;
-      end
-      full_q <= full_d;
+      if (move_q) valid_q <= beat_valid;
+      valid_q2 <= valid_d2;
+      room_q   <= room_d;
+      move_q   <= ~valid_d2 | room_d;
     end
   end
 
   integer b;
   always @(posedge clk_i) begin
-    if (move) begin
+    if (move_q) begin
       for (b = 0; b < BEATS; b = b + 1)
         enable_q2[b] <= (beat_q == b[INDEX_WIDTH-1:0]) | (beat_q == {INDEX_WIDTH{1'b0}});
       beat_q  <= index_q;
@@ -154,7 +154,7 @@ module hwg_ingress #(
       wire [LANE_WIDTH:0] over  = {{(LANE_WIDTH-WIDTH+2){high_q[WIDTH-1]}}, high_q[WIDTH-2:0]} - value;
       // verilator lint_on UNUSED
       always @(posedge clk_i) begin
-        if (move) begin
+        if (move_q) begin
           value_q  <= beat_data[j*LANE_WIDTH +: LANE_WIDTH];
           low_q    <= low;
           high_q   <= high;

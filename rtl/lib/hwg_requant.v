@@ -34,6 +34,7 @@ module hwg_requant #(
   input  wire [LANES*SUM_WIDTH-1:0]                  sums_i,
   output wire [COPIES*ADDRESS_WIDTH-1:0]             address_o,
   input  wire [LANES*(EXTRA_WIDTH+BIASED_WIDTH)-1:0] entry_i,
+  output wire                                        next_o,   // valid_o after this edge
   output wire                                        valid_o,
   output wire                                        flag_o,
   output wire [LANES*WIDTH-1:0]                      words_o
@@ -162,6 +163,7 @@ module hwg_requant #(
     end
   endgenerate
 
+  assign next_o    = valid_q[STAGES-2];
   assign valid_o   = valid_q[STAGES-1];
   assign flag_o    = flag_q[STAGES-1];
 endmodule

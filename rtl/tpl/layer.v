@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // @{ module }@: layer @{ layer }@, @{ inputs }@ inputs, @{ outputs }@ @{ activation }@ neurons.
 //
-// Function:  y = @{ activation }@(W x + b): @{ pe }@ neuron@{ pe_s }@ x @{ simd }@ input@{ simd_s }@ a clock, @{ folds }@ clocks a frame;
+// Function:  y = @{ activation }@(W x + b): @{ array_note }@;
 @% for line in flow %@//            @{ line }@
 @% endfor %@// Format:    x @{ x_format }@, W @{ w_format }@, y @{ y_format }@ (@{ y_width }@ bits).
-// Latency:   @{ sum_latency }@ clocks from an operand to its sum, @{ drain_note }@@{ finish_latency }@ from a sum to its word.
+// Latency:   @{ sum_latency }@ clock@% if sum_latency != 1 %@s@% endif %@ from @% if adders %@the vector to its sums@% else %@an operand to its sum@% endif %@, @{ drain_note }@@{ finish_latency }@ from a sum to its word.
 // Overflow:  sums can't; @{ overflow }@
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -14,17 +14,36 @@
 module @{ module }@ (
   input  wire clk_i,
   input  wire rst_i,
-@% if replay %@  input  wire @{ starts_range }@start_i,   // the vector is whole
+@% if whole %@  input  wire @{ starts_range }@start_i,   // the vector is whole
   input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ vector_i,
 @% else %@  input  wire valid_i,
   input  wire flag_i,    // a word before was clipped
   input  wire @{ vector_range }@ words_i,
-@% endif %@  output wire valid_o,
+@% endif %@  output wire next_o,    // valid_o after this edge
+  output wire valid_o,
   output wire flag_o,
   output wire @{ words_range }@ words_o
 );
-  // Operands, @{ simd }@ a clock, and the address of their weights.
+@% if adders %@  wire sums_valid;
+  wire sums_flag;
+  hwg_delay #(
+    .WIDTH(2),
+    .DEPTH(@{ control_depth }@)
+  ) u_control (
+    .clk_i (clk_i),
+    .rst_i (rst_i),
+    .data_i({start_i, flag_i}),
+    .data_o({sums_valid, sums_flag})
+  );
+
+  wire @{ sums_range }@ sums;
+  @{ module }@_adders u_adders (
+    .clk_i   (clk_i),
+    .vector_i(vector_i),
+    .sums_o  (sums)
+  );
+@% else %@  // Operands, @{ simd }@ a clock, and the address of their weights.
 @% if replay || hold %@  wire valid;
 @% endif %@@% if accumulates %@  wire first;
   wire last;
@@ -146,7 +165,7 @@ module @{ module }@ (
     .weights_i (weights@{ p }@),
     .sum_o     (sums[@{ p * sum_width }@ +: @{ sum_width }@])
   );
-@% endfor %@
+@% endfor %@@% endif %@
 @% if drains %@  // @{ lanes }@ of the @{ pe }@ sums leave a clock.
   wire lanes_valid;
   wire lanes_flag;
@@ -174,7 +193,8 @@ module @{ module }@ (
     .address_i(beat),
     .data_o   (entries)
   );
-@% if has_table %@  wire z_valid;
+@% if has_table %@  wire unused_z_next;
+  wire z_valid;
   wire z_flag;
   wire @{ pre_range }@ z;
 @% endif %@  hwg_requant #(
@@ -201,29 +221,42 @@ module @{ module }@ (
     .sums_i   (sums),
 @% endif %@    .address_o(beat),
     .entry_i  (entries),
-@% if has_table %@    .valid_o  (z_valid),
+@% if has_table %@    .next_o   (unused_z_next),
+    .valid_o  (z_valid),
     .flag_o   (z_flag),
     .words_o  (z)
-@% else %@    .valid_o  (valid_o),
+@% else %@    .next_o   (next_o),
+    .valid_o  (valid_o),
     .flag_o   (flag_o),
     .words_o  (words_o)
 @% endif %@  );
 @% if has_table %@
   // Activation: one unit a lane, each with its own copy of the segments.
+  wire next_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(@{ activation_latency }@)
+    .DEPTH(@{ activation_latency - 1 }@)
   ) u_act_control (
     .clk_i (clk_i),
     .rst_i (rst_i),
     .data_i({z_valid, z_flag}),
-    .data_o({valid_o, flag_o})
+    .data_o({next_o, next_flag})
   );
+  reg valid_q = 1'b0;
+  reg flag_q  = 1'b0;
+  always @(posedge clk_i) begin
+    valid_q <= next_o & ~rst_i;
+    flag_q  <= next_flag & ~rst_i;
+  end
+  assign valid_o = valid_q;
+  assign flag_o  = flag_q;
   genvar i;
   generate
     for (i = 0; i < @{ lanes }@; i = i + 1) begin : g_act
       wire @{ segment_range }@ segment;
       wire @{ line_range }@ line;
+      wire [@{ distance_width - 1 }@:0] distance;
+      wire [@{ product_width - 1 }@:0] product;
       @{ table_module }@ u_segments (
         .clk_i    (clk_i),
         .address_i(segment),
@@ -237,13 +270,34 @@ module @{ module }@ (
         .WIDTH          (@{ y_width }@),
         .SIGMOID        (@{ sigmoid }@)
       ) u_pwl (
-        .clk_i    (clk_i),
-        .z_i      (z[i*@{ pre_width }@ +: @{ pre_width }@]),
-        .segment_o(segment),
-        .line_i   (line),
-        .y_o      (words_o[i*@{ y_width }@ +: @{ y_width }@])
+        .clk_i     (clk_i),
+        .z_i       (z[i*@{ pre_width }@ +: @{ pre_width }@]),
+        .segment_o (segment),
+        .line_i    (line),
+        .distance_o(distance),
+        .product_i (product),
+        .y_o       (words_o[i*@{ y_width }@ +: @{ y_width }@])
       );
-    end
+@% if in_logic %@      assign product[@{ product_width - 1 }@ -: 2] = 2'b0;
+      hwg_mul_logic #(
+        .A_WIDTH(@{ slope_width }@),
+        .B_WIDTH(@{ distance_width }@)
+      ) u_mul (
+        .clk_i(clk_i),
+        .a_i  (line[@{ slope_width - 1 }@:0]),
+        .b_i  (distance),
+        .p_o  (product[@{ product_width - 3 }@:0])
+      );
+@% else %@      hwg_mul #(
+        .A_WIDTH(@{ distance_width + 1 }@),
+        .B_WIDTH(@{ slope_width + 1 }@)
+      ) u_mul (
+        .clk_i(clk_i),
+        .a_i  ({1'b0, distance}),
+        .b_i  ({1'b0, line[@{ slope_width - 1 }@:0]}),
+        .p_o  (product)
+      );
+@% endif %@    end
   endgenerate
 @% endif %@endmodule
 

@@ -17,7 +17,7 @@ module @{ module }@ (
   input  wire clk_i,
   input  wire rst_ni,
   input  wire frame_next_i,   // an input frame stands in frame_i after this edge
-  output wire frame_taken_o,  // the one that stands there is taken
+  output wire take_next_o,    // it is taken at the edge behind that
   input  wire @{ frame_range }@ frame_i,
   input  wire clipped_i,      // an input was outside of the box
   input  wire error_i,        // the frame was too short or too long
@@ -75,19 +75,21 @@ module @{ module }@ (
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
   (* keep *) reg @{ l.name }@_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) @{ l.name }@_rst_q2 <= ~rst_ni;
+  wire @{ l.next }@;
   wire @{ l.name }@_valid;
   wire @{ l.name }@_flag;
   wire @{ l.words_range }@ @{ l.name }@_words;
   @{ l.module }@ u_@{ l.name }@ (
     .clk_i   (clk_i),
     .rst_i   (@{ l.name }@_rst_q2),
-@% if l.replay %@    .start_i (@{ l.start }@),
+@% if l.whole %@    .start_i (@{ l.start }@),
     .flag_i  (@{ l.flag }@),
     .vector_i(@{ l.vector }@),
 @% else %@    .valid_i (@{ l.start }@),
     .flag_i  (@{ l.flag }@),
     .words_i (@{ l.vector }@),
-@% endif %@    .valid_o (@{ l.name }@_valid),
+@% endif %@    .next_o  (@{ l.next }@),
+    .valid_o (@{ l.name }@_valid),
     .flag_o  (@{ l.name }@_flag),
     .words_o (@{ l.name }@_words)
   );
@@ -102,6 +104,7 @@ module @{ module }@ (
   ) u_@{ l.name }@_gather (
     .clk_i   (clk_i),
     .rst_i   (@{ l.name }@_rst_q2),
+    .next_i  (@{ l.next }@),
     .valid_i (@{ l.name }@_valid),
     .flag_i  (@{ l.name }@_flag),
     .data_i  (@{ l.name }@_words),
@@ -138,7 +141,7 @@ module @{ module }@ (
 @% endfor %@
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next@% for n in networks %@ & @{ n.name }@_known_next@% endfor %@;
-  assign frame_taken_o = start_q;
+  assign take_next_o   = may_start;
   assign frame_valid_o = leave_q;
   assign saturated_o   = clipped@% for n in networks %@ | @{ n.name }@_saturated@% endfor %@;
   genvar i;

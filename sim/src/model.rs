@@ -4,6 +4,7 @@
 //! agrees with the RTL in every register after every edge, from power-up on, at which all
 //! registers are zero but for the copies of the reset.
 
+mod adders;
 mod array;
 mod feed;
 mod finish;
@@ -175,7 +176,9 @@ impl Model {
         probe.bit("rst_nq", !first);
         probe.bit("ingress_rst_q2", reset);
         probe.bit("egress_rst_q2", reset);
-        within(probe, format_args!("u_ingress"), |p| self.ingress.show(p));
+        within(probe, format_args!("u_ingress"), |p| {
+            self.ingress.show(self.stage.ready(), p);
+        });
         // The core decides a clock ahead and keeps the decision in registers.
         let (starts, leaves) = (self.ingress.full() && self.stage.ready(), self.leaves());
         within(probe, format_args!("u_mlp"), |p| {

@@ -7,12 +7,16 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use crate::adders::Adders;
 use crate::device::{self, Device, UnknownDevice};
 use crate::folding::{self, Fold};
 use crate::network::FloatNet;
 use crate::options::{Budget, Options};
 use crate::quantize::{InputFormat, QuantLayer, QuantNet, QuantizeError, quantize};
 use crate::schedule::Schedule;
+
+/// The widest TDATA that AXI4-Stream recommends.
+const MAX_STREAM_BITS: u32 = 1024;
 
 /// Why a float network can't become a design.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -31,6 +35,9 @@ pub enum DesignError {
         /// What was asked for.
         found: u32,
     },
+    /// A stream of a width that no bus has.
+    #[error("stream-bits: a power of two from 8 to {MAX_STREAM_BITS} expected, {0} found")]
+    StreamBits(u32),
     /// There is no such device.
     #[error(transparent)]
     UnknownDevice(#[from] UnknownDevice),
@@ -58,6 +65,7 @@ impl DesignError {
         match self {
             Self::Quantize(e) => e.help(),
             Self::Budget { option, least, .. } => format!("give --{option} {least} or more"),
+            Self::StreamBits(_) => "choose such a power, or leave the option out".into(),
             Self::UnknownDevice(e) => e.help(),
             Self::TooSmall { .. } => {
                 "say --interval or --multipliers: what is beyond the device's multipliers is \
@@ -80,6 +88,8 @@ pub enum Feed {
     /// Each beat of the layer before is held for a clock a group of neurons, whose sums take turns in
     /// the accumulators.
     Hold,
+    /// The whole vector goes into adders of shifted words at once: there are no multipliers.
+    Adders,
 }
 
 /// A layer with its array.
@@ -100,6 +110,8 @@ pub struct Layer {
     pub copy_latency: usize,
     /// Clocks from a weight ROM's address to its registered word.
     pub rom_latency: usize,
+    /// Whether the multipliers of the activation units are made of logic.
+    pub activation_in_logic: bool,
 }
 
 /// Bits of a ring that one copy of the signal to load it reaches.
@@ -149,7 +161,7 @@ impl Layer {
     /// Groups of neurons whose sums an element forms in turns, a clock each.
     pub fn turns(&self) -> usize {
         match self.feed {
-            Feed::Replay | Feed::Direct => 1,
+            Feed::Replay | Feed::Direct | Feed::Adders => 1,
             Feed::Hold => self.neuron_folds(),
         }
     }
@@ -161,14 +173,14 @@ impl Layer {
             _ if self.drain_beats() > 1 => 1,
             Feed::Replay => self.synapse_folds(),
             Feed::Direct => before * self.synapse_folds(),
-            Feed::Hold => 1,
+            Feed::Hold | Feed::Adders => 1,
         }
     }
 
     /// Groups of neurons and of inputs that are worked on in cycle `fold` of a frame.
     fn groups(&self, fold: usize) -> (usize, usize) {
         match self.feed {
-            Feed::Replay | Feed::Direct => {
+            Feed::Replay | Feed::Direct | Feed::Adders => {
                 (fold / self.synapse_folds(), fold % self.synapse_folds())
             }
             Feed::Hold => (fold % self.neuron_folds(), fold / self.neuron_folds()),
@@ -203,8 +215,23 @@ impl Layer {
         own_addresses(device, self.array_beats(), self.lanes)
     }
 
-    /// Copies of the signal that loads the layer's words into its ring: one for so many bits.
+    /// The adders that take the place of the array.
+    pub fn adders(&self) -> Option<&Adders> {
+        let adders = self.quant.adders.as_deref();
+        adders.filter(|_| self.feed == Feed::Adders)
+    }
+
+    /// Whether the layer reads its whole vector at once.
+    pub fn reads_whole(&self) -> bool {
+        matches!(self.feed, Feed::Replay | Feed::Adders)
+    }
+
+    /// Copies of the signal that the layer's vector is whole: one for so many bits of the ring that it
+    /// loads, or one that goes with the sums.
     pub fn start_copies(&self) -> usize {
+        if self.feed == Feed::Adders {
+            return 1;
+        }
         let bits = self.quant.inputs() * to_usize(self.quant.input.width());
         bits.div_ceil(START_REACH)
     }
@@ -215,7 +242,7 @@ impl Layer {
         if readers.is_empty() {
             return 1;
         }
-        let replays = readers.iter().filter(|r| r.feed == Feed::Replay);
+        let replays = readers.iter().filter(|r| r.reads_whole());
         replays.map(|r| r.start_copies()).sum()
     }
 
@@ -243,12 +270,17 @@ impl Layer {
 
     /// Multipliers of the array.
     pub fn multipliers(&self) -> usize {
-        self.fold.pe * self.fold.simd
+        match self.feed {
+            Feed::Adders => 0,
+            _ => self.fold.pe * self.fold.simd,
+        }
     }
 
-    /// Multipliers of its activation units, one a lane.
+    /// Multipliers of its activation units, one a lane, those made of logic left out.
     pub fn activation_multipliers(&self) -> usize {
-        self.quant.table.as_ref().map_or(0, |_| self.lanes)
+        let table = self.quant.table.as_ref();
+        let blocks = table.filter(|_| !self.activation_in_logic);
+        blocks.map_or(0, |_| self.lanes)
     }
 
     /// Multipliers of array and activation units.
@@ -258,7 +290,10 @@ impl Layer {
 
     /// Multiplications of a frame.
     pub fn macs(&self) -> usize {
-        self.quant.inputs() * self.quant.outputs()
+        match self.feed {
+            Feed::Adders => 0,
+            _ => self.quant.inputs() * self.quant.outputs(),
+        }
     }
 }
 
@@ -330,12 +365,14 @@ pub struct Port {
 }
 
 impl Port {
-    fn new(words: usize, widest: u32, interval: usize) -> Self {
-        let words_per_beat = words.div_ceil(interval);
+    /// As many words a beat as the interval asks for, or as `bits` hold, if these are more.
+    fn new(words: usize, widest: u32, interval: usize, bits: u32) -> Self {
+        let lane_bits = widest.next_power_of_two().max(8);
+        let wanted = words.div_ceil(interval);
         Self {
             words,
-            words_per_beat,
-            lane_bits: widest.next_power_of_two().max(8),
+            words_per_beat: wanted.max(to_usize(bits / lane_bits)).min(words),
+            lane_bits,
         }
     }
 
@@ -379,15 +416,39 @@ pub struct Design {
     schedule: Schedule,
 }
 
+/// The part of a device's look-up tables that a shorter latency may take.
+const PART_FOR_LATENCY: u32 = 16;
+
 /// The least interval that so many multipliers allow, and what shared layers may take of it.
 fn fastest(
     net: &QuantNet,
     multipliers: u32,
     count: fn(&Layer) -> usize,
+    device: &Device,
 ) -> Result<(u32, u32), u32> {
     let interval = folding::interval_for(net, multipliers, count)?;
-    let shared = folding::shared_interval_for(net, multipliers, interval, count);
+    let spare = device
+        .lut4
+        .map_or(usize::MAX, |lut4| to_usize(lut4 / PART_FOR_LATENCY));
+    let shared = folding::shared_interval_for(net, multipliers, interval, count, spare);
     Ok((shared, interval))
+}
+
+/// The same for all that a device has.
+///
+/// Multipliers of activations are narrow; where the array can use their blocks, they are made of
+/// logic.
+fn fastest_on(net: &QuantNet, device: &Device) -> Result<(u32, u32), u32> {
+    let multipliers = device.multipliers.unwrap_or(0);
+    let blocks = fastest(net, multipliers, Layer::all_multipliers, device);
+    if !device.activation_in_logic {
+        return blocks;
+    }
+    let logic = fastest(net, multipliers, Layer::multipliers, device);
+    match (&blocks, &logic) {
+        (Ok((_, with_blocks)), Ok((_, with_logic))) if with_logic >= with_blocks => blocks,
+        _ => logic,
+    }
 }
 
 impl Design {
@@ -400,6 +461,10 @@ impl Design {
             return Err(DesignError::ReservedName(net.name.clone()));
         }
         let device = device::find(options.device.as_deref().unwrap_or(device::GENERIC))?;
+        let wide = |bits: &u32| !bits.is_power_of_two() || !(8..=MAX_STREAM_BITS).contains(bits);
+        if let Some(bits) = options.stream_bits.filter(wide) {
+            return Err(DesignError::StreamBits(bits));
+        }
         let quant = quantize(net, options)?;
         let (shared, allowed) = match options.budget {
             Budget::Interval(0) => {
@@ -411,25 +476,26 @@ impl Design {
             }
             Budget::Interval(interval) => (interval, interval),
             Budget::Multipliers(found) => {
-                fastest(&quant, found, Layer::multipliers).map_err(|least| DesignError::Budget {
+                let counted = Layer::multipliers;
+                fastest(&quant, found, counted, device).map_err(|least| DesignError::Budget {
                     option: "multipliers",
                     least,
                     found,
                 })?
             }
             Budget::Device => {
-                let found = device.multipliers.unwrap_or(0);
-                fastest(&quant, found, Layer::all_multipliers).map_err(|least| {
-                    DesignError::TooSmall {
-                        device: device.name.clone(),
-                        least,
-                        found,
-                    }
+                fastest_on(&quant, device).map_err(|least| DesignError::TooSmall {
+                    device: device.name.clone(),
+                    least,
+                    found: device.multipliers.unwrap_or(0),
                 })?
             }
         };
         let mut perceptron = folding::fold(&quant, to_usize(shared), to_usize(allowed));
+        let wanted: usize = perceptron.layers().map(Layer::all_multipliers).sum();
+        let short = wanted > to_usize(device.multipliers.unwrap_or(0));
         for layer in perceptron.layers_mut() {
+            layer.activation_in_logic = device.activation_in_logic && short;
             layer.copy_latency = device.copy_latency;
             layer.rom_latency = device.rom_latency(layer.folds());
         }
@@ -444,8 +510,10 @@ impl Design {
             .iter()
             .map(|n| n.last().quant.output.width())
             .max();
-        let source = Port::new(quant.input.low.len(), quant.input.format.width(), interval);
-        let sink = Port::new(words, widest.expect("there is a network"), interval);
+        let bits = options.stream_bits.unwrap_or(device.stream_bits);
+        let port = |words, widest| Port::new(words, widest, interval, bits);
+        let source = port(quant.input.low.len(), quant.input.format.width());
+        let sink = port(words, widest.expect("there is a network"));
         let schedule = Schedule::of(&perceptron, &source, &sink);
         perceptron.credits = schedule.credits;
         Ok(Self {

@@ -42,6 +42,11 @@ pub struct Device {
     pub multiplier_bits: Option<u32>,
     /// Whether a multiplier shows what its inner registers hold.
     pub multiplier_shows_operands: bool,
+    /// Bits of a beat of a stream, at least: a wide one makes the latency shorter.
+    pub stream_bits: u32,
+    /// Whether the narrow multipliers of activations may be made of logic, so that arrays have all
+    /// blocks.
+    pub activation_in_logic: bool,
     /// Most words of a ROM that goes to logic; deeper ones go to block memories.
     pub logic_rom_words: u32,
     /// Most words of a ROM in logic that is read in one clock; deeper ones take a second, in which one of
@@ -261,6 +266,10 @@ struct FamilyFile {
     multiplier_shows_operands: bool,
     block_ram_bits: Option<u32>,
     #[serde(default)]
+    stream_bits: u32,
+    #[serde(default)]
+    activation_in_logic: bool,
+    #[serde(default)]
     rom_pieces: Vec<u32>,
     logic_rom_words: u32,
     logic_rom_words_a_clock: Option<u32>,
@@ -331,6 +340,8 @@ pub fn all() -> &'static [Device] {
                     multipliers: entry.multipliers,
                     multiplier_bits: family.multiplier_bits,
                     multiplier_shows_operands: family.multiplier_shows_operands,
+                    activation_in_logic: family.activation_in_logic,
+                    stream_bits: family.stream_bits,
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
                     rom_pieces: family.rom_pieces.clone(),

@@ -19,20 +19,20 @@ pub struct Fold {
 /// What a multiplier is worth in register bits when foldings are compared.
 const MULTIPLIER_COST: usize = 200;
 
-/// The cheapest folding that takes at most `interval` cycles a frame, or `shared` where all networks
-/// wait for it.
+/// The cheapest folding that takes at most `interval` cycles a frame, or `serial` where the frame waits
+/// for them with nothing else under way: in shared layers, and while the last sums of a network leave.
 ///
 /// Layers are not chosen one by one: a layer that puts out more words at once takes more activation
 /// units, and whoever takes its beats as they come as many multipliers a neuron.
-pub fn fold(net: &QuantNet, shared: usize, interval: usize) -> Perceptron {
+pub fn fold(net: &QuantNet, serial: usize, interval: usize) -> Perceptron {
     let kept = |layers: &[QuantLayer]| -> Vec<Arc<QuantLayer>> {
         layers.iter().cloned().map(Arc::new).collect()
     };
     let layers: Vec<_> = net.networks.iter().map(|n| kept(&n.layers)).collect();
-    let fronts = chains(&kept(&net.shared), None, shared);
+    let fronts = chains(&kept(&net.shared), None, serial, serial);
     let plans = fronts.into_iter().map(|front| {
         let networks = layers.iter().map(|layers| {
-            let all = chains(layers, front.beats(), interval);
+            let all = chains(layers, front.beats(), interval, serial);
             cheapest(all)
         });
         let networks: Vec<Chain> = networks.collect();
@@ -90,8 +90,9 @@ impl Chain {
         layer: &Arc<QuantLayer>,
         (feed, fold): (Feed, Fold),
         interval: usize,
+        patience: usize,
     ) -> Option<Self> {
-        let layer = arrange(layer, feed, fold, interval);
+        let layer = arrange(layer, feed, fold, patience);
         (layer.folds() <= interval).then(|| {
             let mut longer = self.clone();
             longer.cost += cost(&layer);
@@ -114,17 +115,25 @@ fn cheapest(chains: Vec<Chain>) -> Chain {
 ///
 /// These are all that the next layer knows of those before it, so that nothing else need be kept of
 /// them.
-fn chains(layers: &[Arc<QuantLayer>], before: Option<Beats>, interval: usize) -> Vec<Chain> {
+fn chains(
+    layers: &[Arc<QuantLayer>],
+    before: Option<Beats>,
+    interval: usize,
+    serial: usize,
+) -> Vec<Chain> {
     let start = Chain {
         cost: 0,
         before,
         layers: Vec::new(),
         last: None,
     };
-    layers.iter().fold(vec![start], |fronts, layer| {
+    let last = layers.len().saturating_sub(1);
+    let all = layers.iter().enumerate();
+    all.fold(vec![start], |fronts, (i, layer)| {
+        let patience = if i == last { serial } else { interval };
         let mut best: BTreeMap<Option<Beats>, Chain> = BTreeMap::new();
         let mut consider = |front: &Chain, feed: Feed, fold: Fold| {
-            let Some(chain) = front.with(layer, (feed, fold), interval) else {
+            let Some(chain) = front.with(layer, (feed, fold), interval, patience) else {
                 return;
             };
             match best.entry(chain.beats()) {
@@ -137,8 +146,12 @@ fn chains(layers: &[Arc<QuantLayer>], before: Option<Beats>, interval: usize) ->
                 Entry::Occupied(_) => {}
             }
         };
-        // A layer that holds its whole input does not care who filled it.
+        // A layer that reads its whole input at once does not care who filled it.
         let front = cheapest(fronts.clone());
+        if layer.adders.is_some() {
+            let (pe, simd) = (layer.outputs(), layer.inputs());
+            consider(&front, Feed::Adders, Fold { pe, simd });
+        }
         for fold in foldings(layer, interval) {
             consider(&front, Feed::Replay, fold);
         }
@@ -196,7 +209,10 @@ pub fn interval_for(
     multipliers: u32,
     count: fn(&Layer) -> usize,
 ) -> Result<u32, u32> {
-    let used = |interval: u32| used(net, interval, interval, count);
+    let used = |interval: u32| {
+        let slow = used(net, interval, interval, count);
+        slow.min(used(net, 1, interval, count))
+    };
     let layers = || {
         net.shared
             .iter()
@@ -209,7 +225,8 @@ pub fn interval_for(
     if used(slowest) > wanted {
         return Err(narrow(used(slowest)));
     }
-    let all: usize = layers().map(macs).sum();
+    let multiplied = layers().filter(|layer| layer.adders.is_none());
+    let all: usize = multiplied.map(macs).sum();
     let bound = narrow(all.div_ceil(wanted.max(1))).min(slowest);
     let tried = bound..=bound.saturating_add(TRIED).min(slowest);
     let mut low = *tried.end();
@@ -231,15 +248,26 @@ pub fn interval_for(
 /// The fewest cycles that shared layers can take with so many multipliers and an interval of all.
 ///
 /// A frame waits for one shared layer after the other, so that multipliers which the interval
-/// leaves over make the latency shorter there.
+/// leaves over make the latency shorter there, and so does logic, of which `spare` look-up tables and
+/// flip-flops may be taken for it.
 pub fn shared_interval_for(
     net: &QuantNet,
     multipliers: u32,
     interval: u32,
     count: fn(&Layer) -> usize,
+    spare: usize,
 ) -> u32 {
-    let fits = |shared: &u32| used(net, *shared, interval, count) <= to_usize(multipliers);
-    (1..interval).find(fits).unwrap_or(interval)
+    let plan = |shared: u32| fold(net, to_usize(shared), to_usize(interval));
+    let costs = |plan: &Perceptron| plan.layers().map(cost).sum::<usize>();
+    let most = costs(&plan(interval)).saturating_add(spare);
+    let fitting = || {
+        (1..=interval).filter(|shared| {
+            let used: usize = plan(*shared).layers().map(count).sum();
+            used <= to_usize(multipliers)
+        })
+    };
+    let cheap = fitting().find(|shared| costs(&plan(*shared)) <= most);
+    cheap.or_else(|| fitting().next()).unwrap_or(interval)
 }
 
 /// Multipliers of a folding.
@@ -248,13 +276,14 @@ fn used(net: &QuantNet, shared: u32, interval: u32, count: fn(&Layer) -> usize) 
     plan.layers().map(count).sum()
 }
 
-fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, interval: usize) -> Layer {
+/// `patience`: clocks in which the sums of a whole layer may leave.
+fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, patience: usize) -> Layer {
     let synapse_folds = layer.inputs().div_ceil(fold.simd);
     // A group's sums may leave as slowly as the next group's sums arrive.
     let patience = if feed == Feed::Hold {
         1
     } else if fold.pe >= layer.outputs() {
-        interval.max(synapse_folds)
+        patience
     } else {
         synapse_folds
     };
@@ -268,6 +297,7 @@ fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, interval: usize) -> 
         feed,
         copy_latency: 0,
         rom_latency: 1,
+        activation_in_logic: false,
     }
 }
 
@@ -275,8 +305,16 @@ fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, interval: usize) -> 
 fn cost(layer: &Layer) -> usize {
     let word = to_usize(layer.quant.input.width());
     let sum = to_usize(layer.quant.sum_width);
+    let sum = match layer.feed {
+        Feed::Adders => sum - to_usize(layer.quant.trailing_zeros()),
+        _ => sum,
+    };
     let operands = match layer.feed {
         Feed::Direct => 0,
+        Feed::Adders => {
+            let adders = layer.adders().expect("a layer of adders");
+            adders.register_bits(layer.quant.input.width())
+        }
         Feed::Hold => layer.fold.simd * word,
         Feed::Replay => 2 * layer.quant.inputs() * word,
     };
@@ -310,7 +348,9 @@ mod tests {
     /// instead of 5 behind them, whose 9 words take 27 multipliers in the next layer.
     #[test]
     fn more_time_takes_no_more_multipliers() {
-        let net = landing();
+        let mut net = landing();
+        // Adders take none, at a price that a slow array does not have.
+        net.shared[0].adders = None;
         let used = |interval: u32| used(&net, interval, interval, Layer::all_multipliers);
         let mut before = usize::MAX;
         for interval in 1..300 {
@@ -325,14 +365,17 @@ mod tests {
         let net = landing();
         let counts: [fn(&Layer) -> usize; 2] = [Layer::multipliers, Layer::all_multipliers];
         for count in counts {
-            let used = |interval: u32| used(&net, interval, interval, count);
+            let used = |interval: u32| {
+                let slow = used(&net, interval, interval, count);
+                slow.min(used(&net, 1, interval, count))
+            };
             for multipliers in [40, 156] {
                 let found = interval_for(&net, multipliers, count).unwrap();
                 assert!(used(found) <= to_usize(multipliers));
                 assert!((1..found).all(|less| used(less) > to_usize(multipliers)));
             }
             let interval = interval_for(&net, 156, count).unwrap();
-            let shared = shared_interval_for(&net, 156, interval, count);
+            let shared = shared_interval_for(&net, 156, interval, count, usize::MAX);
             let used = |shared: u32| super::used(&net, shared, interval, count);
             assert!(
                 shared <= interval

@@ -7,6 +7,7 @@
 //! The worked example stands at [`design::Design`].
 
 pub mod activation;
+pub mod adders;
 pub mod design;
 pub mod device;
 pub mod eval;

@@ -53,6 +53,9 @@ pub struct Options {
     /// Segments of the activation table; as many as keep it below two output steps if absent.
     #[serde(default)]
     pub segments: Option<u32>,
+    /// Bits of a beat of either stream, at least, if the words are as many; the device's if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stream_bits: Option<u32>,
     /// Width of the output words; [`DEFAULT_OUTPUT_BITS`] if absent.
     #[serde(default)]
     pub output_bits: Option<u32>,

@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use self::cut::Reader;
 use self::layer::{Quantizer, Signal};
 use crate::activation::OddTable;
+use crate::adders::Adders;
 use crate::format::QFormat;
 use crate::network::{Activation, FloatLayer, FloatNet, LayerFormat};
 use crate::options::Options;
@@ -171,6 +172,8 @@ pub struct QuantLayer {
     pub output: QFormat,
     /// The table of tanh and sigmoid.
     pub table: Option<Arc<OddTable>>,
+    /// Adders that form the sums without multipliers, where the weights are short enough.
+    pub adders: Option<Arc<Adders>>,
     /// Bits that hold every partial sum of products for every input word, in the box or not.
     pub sum_width: u32,
     /// Bits that hold every sum with bias.
@@ -189,6 +192,22 @@ impl QuantLayer {
     /// Number of neurons.
     pub fn outputs(&self) -> usize {
         self.weights.len()
+    }
+
+    /// Lowest bits of a sum that are always zero: no weight has a digit there.
+    pub fn trailing_zeros(&self) -> u32 {
+        let weights = self.weights.iter().flatten();
+        weights
+            .map(|w| w.trailing_zeros())
+            .min()
+            .unwrap_or(0)
+            .min(self.sum_width - 1)
+    }
+
+    /// Lowest bits of a biased sum that reach no word: they are dropped, and no bias carries out of them.
+    pub fn dropped_bits(&self) -> u32 {
+        let zeros = self.bias.iter().map(|bias| bias.trailing_zeros());
+        zeros.min().unwrap_or(0).min(self.base_shift)
     }
 
     /// Greatest extra shift, zero if no neuron has one.

@@ -85,6 +85,8 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
                 .map(|turn| loaded + turn)
                 .collect()
         }
+        // What goes into adders need not be loaded.
+        (Feed::Adders, before) => vec![before.map_or(start - 1, |beats| last(beats) + 1)],
         (_, before) => {
             // One cycle to complete the vector, one to load it.
             let loaded = before.map_or(start, |beats| last(beats) + 2);
@@ -96,7 +98,7 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
     let behind = finish_latency(layer);
     let operands_of_sum = match layer.feed {
         Feed::Replay | Feed::Direct => layer.synapse_folds(),
-        Feed::Hold => 1,
+        Feed::Hold | Feed::Adders => 1,
     };
     operands
         .chunks(operands_of_sum)
@@ -110,6 +112,9 @@ fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<us
 
 /// Cycles from an operand to its sum at the foot of the array.
 pub fn sum_latency(layer: &Layer) -> usize {
+    if let Some(adders) = layer.adders() {
+        return adders.levels;
+    }
     layer.copy_latency
         + layer.rom_latency
         + MULTIPLIER_LATENCY

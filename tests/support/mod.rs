@@ -108,6 +108,15 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
         mark("replay feed", layer.feed == Feed::Replay);
         mark("direct feed", layer.feed == Feed::Direct);
         mark("hold feed", layer.feed == Feed::Hold);
+        if let Some(adders) = layer.adders() {
+            mark("sums by adders", true);
+            mark("adders in levels", adders.levels > 1);
+            mark("sums of nothing", adders.outputs.contains(&None));
+        }
+        mark(
+            "activations' multipliers in logic",
+            layer.activation_in_logic && quant.table.is_some(),
+        );
         mark(
             "neurons that take turns",
             layer.turns() > 1 && layer.accumulates(),

@@ -22,6 +22,15 @@ pub fn random_design(seed: u64) -> (FloatNet, Options) {
             }
         }
     }
+    if rng.random_ratio(1, 3) {
+        let layers = net.networks.iter_mut().flat_map(|n| &mut n.layers);
+        for layer in net.shared.iter_mut().chain(layers) {
+            if layer.format.weights.is_none() && rng.random_bool(0.5) {
+                shorten(layer, &mut rng);
+            }
+        }
+    }
+    options.stream_bits = [None, Some(64), Some(8)][rng.random_range(0..3)];
     drop_idle(&net, &mut options);
     (net, options)
 }
@@ -44,6 +53,20 @@ fn drop_idle(net: &FloatNet, options: &mut Options) {
     };
     if !net.networks.iter().any(has_free_words) {
         options.output_bits = None;
+    }
+}
+
+/// Gives a layer weights that adders may form, some rows without any.
+fn shorten(layer: &mut FloatLayer, rng: &mut ChaCha8Rng) {
+    let reach = layer.weights.amax().max(1e-3);
+    let unit = libm_exp2(reach.log2().floor() as i32 - 2);
+    for mut row in layer.weights.row_iter_mut() {
+        let few = rng.random_bool(0.2);
+        for w in &mut row {
+            let short = [0.0, 0.0, 1.0, -1.0, 2.0, -2.0, 4.0, -4.0, 3.0, -1.0];
+            let at = rng.random_range(0..if few { 2 } else { short.len() });
+            *w = unit * short[at];
+        }
     }
 }
 
@@ -171,6 +194,7 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
         segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
         device: [None, Some("ecp5-25k"), Some("ice40-up5k")][rng.random_range(0..3)]
             .map(str::to_owned),
+        stream_bits: None,
     };
     (net, options)
 }

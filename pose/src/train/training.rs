@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::data::{Conditioning, Dataset, Teacher};
+use super::integer::IntegerFront;
 use super::learner::{Diverged, Learner};
 use super::perceptron::{Batch, Shape, output_part};
 use super::recipe::{Front, Recipe, RecipeError, Target, VALIDATION_EVERY};
@@ -159,12 +160,23 @@ impl<'a> Training<'a> {
     /// The networks as they are best so far, as a weights file says it.
     pub fn net(&self) -> FloatNet {
         let (inputs, shared) = self.front();
-        FloatNet {
+        let mut net = FloatNet {
             name: self.scene.name().to_string(),
             inputs,
             shared,
             networks: (0..2).map(|k| self.network(k)).collect(),
+        };
+        // What was learnt of whitened pixels is written for sums that are nearly so.
+        if let Some(layer) = net.shared.first_mut()
+            && let Some(front) = IntegerFront::of(&layer.weights)
+        {
+            layer.weights = front.matrix;
+            for network in &mut net.networks {
+                let first = &mut network.layers[0].weights;
+                *first = &*first * &front.back;
+            }
         }
+        net
     }
 
     fn front(&self) -> (Inputs, Vec<FloatLayer>) {

@@ -14,6 +14,8 @@ pub(super) struct Gather {
     slots: Vec<i64>,
     /// Beats of the frame that came.
     taken: usize,
+    /// Whether the last beat is here.
+    complete: bool,
     start: bool,
     flag: bool,
 }
@@ -30,6 +32,7 @@ impl Gather {
             starts,
             slots,
             taken: 0,
+            complete: false,
             start: false,
             flag: false,
         }
@@ -51,21 +54,28 @@ impl Gather {
         &self.slots[..self.words]
     }
 
+    /// `next`: whether a beat comes after this edge, unless there is a reset.
     #[inline]
-    pub(super) fn step(&mut self, reset: bool, valid: bool, flag: bool, data: &[i64]) {
+    pub(super) fn step(
+        &mut self,
+        reset: bool,
+        next: bool,
+        (valid, flag, data): (bool, bool, &[i64]),
+    ) {
         let last = self.taken == self.beats - 1;
         if valid {
             self.flag = (self.flag && self.taken != 0) || flag;
             let first = self.taken * self.lanes;
             self.slots[first..first + self.lanes].copy_from_slice(data);
         }
-        self.start = !reset && valid && last;
+        self.start = !reset && self.complete;
         self.taken = match (reset, valid) {
             (true, _) => 0,
             (_, true) if last => 0,
             (_, true) => self.taken + 1,
             (_, false) => self.taken,
         };
+        self.complete = !reset && next && self.taken == self.beats - 1;
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -77,6 +87,7 @@ impl Gather {
             });
         }
         probe.bit("flag_q", self.flag);
+        probe.bit("complete_q", self.complete);
         for copy in 0..self.starts {
             within(probe, format_args!("g_copy[{copy}]"), |probe| {
                 probe.bit("start_q", self.start);

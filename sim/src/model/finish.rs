@@ -128,6 +128,12 @@ impl Requant {
         self.valid >> (self.stages - 1) & 1 == 1
     }
 
+    /// Whether a word will be valid after the next edge.
+    #[inline]
+    pub(super) fn next(&self) -> bool {
+        self.valid >> (self.stages - 2) & 1 == 1
+    }
+
     #[inline]
     pub(super) fn flag(&self) -> bool {
         (self.flag | self.clipped) >> (self.stages - 1) & 1 == 1
@@ -276,6 +282,7 @@ pub(super) struct Units {
     one: i64,
     bits: u32,
     hides_operands: bool,
+    in_logic: bool,
     lanes: usize,
     /// Edges since power-up, as far as there may be blanks.
     edges: usize,
@@ -300,6 +307,7 @@ impl Units {
             distance_bits: table.distance_bits(),
             one,
             hides_operands: device.hides_operands(),
+            in_logic: layer.activation_in_logic,
             table,
             bits: layer.quant.output.width(),
             lanes,
@@ -402,14 +410,31 @@ impl Units {
             probe.word("negative_q", 6, negative);
             probe.word("sum_q", table.fraction() + table.slope_bits(), sum);
             probe.word("y_q", self.bits, y);
-            within(probe, format_args!("u_mul"), |probe| {
-                if !self.hides_operands {
-                    probe.word("a_q", distance + 1, part(2));
-                    probe.word("b_q", slope + 1, line(2).1);
-                    probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+        });
+        within(probe, format_args!("u_mul"), |probe| {
+            if self.in_logic {
+                // The slope times two bits of the distance, then four, then all.
+                for pair in 0..distance.div_ceil(2) {
+                    within(probe, format_args!("g_pair[{pair}]"), |probe| {
+                        let bits = part(2) >> (2 * pair) & 3;
+                        probe.word("sum_q", slope + 2, bits * line(2).1);
+                    });
                 }
-                probe.word("r_q", distance + slope + 2, part(4) * line(4).1);
-            });
+                for quad in 0..distance.div_ceil(4) {
+                    within(probe, format_args!("g_quad[{quad}]"), |probe| {
+                        let bits = part(3) >> (4 * quad) & 15;
+                        probe.word("sum_q", slope + 4, bits * line(3).1);
+                    });
+                }
+                probe.word("p_q", distance + slope, part(4) * line(4).1);
+                return;
+            }
+            if !self.hides_operands {
+                probe.word("a_q", distance + 1, part(2));
+                probe.word("b_q", slope + 1, line(2).1);
+                probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+            }
+            probe.word("r_q", distance + slope + 2, part(4) * line(4).1);
         });
     }
 }

@@ -4,6 +4,7 @@ use hwgen_spec::design::{Feed, Layer};
 use hwgen_spec::device::Device;
 use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
 
+use super::adders::Sums;
 use super::array::{Array, Drain, Group, real};
 use super::feed::{Beats, Control, Hold, Replay};
 use super::finish::{Requant, Units};
@@ -17,6 +18,23 @@ pub(super) struct Beat<'a> {
     pub(super) words: &'a [i64],
 }
 
+/// Where the sums come from.
+#[derive(Clone, Debug)]
+enum Front {
+    Array(Operands, Box<Array>),
+    Adders(Sums),
+}
+
+impl Front {
+    #[inline]
+    fn sums(&self, sums: &mut [i64]) {
+        match self {
+            Self::Array(_, array) => array.sums(sums),
+            Self::Adders(adders) => adders.sums(sums),
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Operands {
     Replay(Replay),
@@ -28,15 +46,14 @@ enum Operands {
 #[derive(Clone, Debug)]
 pub(super) struct LayerModel {
     name: String,
-    feed: Operands,
+    front: Front,
     /// Control bits beside the array.
     control: Delay,
-    array: Array,
     group: Option<Group>,
     drain: Option<Drain>,
     requant: Requant,
-    /// The activation units and the control bits beside them.
-    units: Option<(Units, Delay)>,
+    /// The activation units, the control bits beside them, and those that come out.
+    units: Option<(Units, Delay, u64)>,
 }
 
 impl LayerModel {
@@ -46,25 +63,29 @@ impl LayerModel {
         let drains = layer.drain_beats() > 1;
         Self {
             name: layer.quant.name.clone(),
-            feed: match layer.feed {
-                Feed::Replay => {
-                    Operands::Replay(Replay::new(simd, synapse_folds, layer.neuron_folds(), bits))
-                }
-                Feed::Direct => Operands::Direct(Beats::new(synapse_folds)),
-                Feed::Hold => {
-                    Operands::Hold(Hold::new(simd, synapse_folds, layer.neuron_folds(), bits))
+            front: match (Sums::new(layer), layer.feed) {
+                (Some(sums), _) => Front::Adders(sums),
+                (None, feed) => {
+                    let folds = layer.neuron_folds();
+                    let operands = match feed {
+                        Feed::Direct => Operands::Direct(Beats::new(synapse_folds)),
+                        Feed::Hold => Operands::Hold(Hold::new(simd, synapse_folds, folds, bits)),
+                        Feed::Replay | Feed::Adders => {
+                            Operands::Replay(Replay::new(simd, synapse_folds, folds, bits))
+                        }
+                    };
+                    Front::Array(operands, Box::new(Array::new(layer, device)))
                 }
             },
             control: Delay::new(
                 if layer.accumulates() { 4 } else { 2 },
                 control_depth(layer),
             ),
-            array: Array::new(layer, device),
             group: layer.accumulates().then(Group::default),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer, device),
             units: Units::new(layer, device)
-                .map(|units| (units, Delay::new(2, ACTIVATION_LATENCY))),
+                .map(|units| (units, Delay::new(2, ACTIVATION_LATENCY - 1), 0)),
         }
     }
 
@@ -72,9 +93,9 @@ impl LayerModel {
     #[inline(always)]
     pub(super) fn beat(&self) -> Beat<'_> {
         match &self.units {
-            Some((units, control)) => Beat {
-                valid: control.code() & 2 != 0,
-                flag: control.code() & 1 != 0,
+            Some((units, _, control)) => Beat {
+                valid: control & 2 != 0,
+                flag: control & 1 != 0,
                 words: units.words(),
             },
             None => Beat {
@@ -85,11 +106,21 @@ impl LayerModel {
         }
     }
 
+    /// Whether a beat comes after the next edge, unless there is a reset.
+    #[inline]
+    pub(super) fn next(&self) -> bool {
+        match &self.units {
+            Some((_, control, _)) => control.code() & 2 != 0,
+            None => self.requant.next(),
+        }
+    }
+
     /// `input`: the whole vector with its start bit, or the beat of the layer in front.
     #[inline]
     pub(super) fn step(&mut self, reset: bool, input: Beat<'_>) {
         // From the foot to the head, so that every cell still sees its neighbour of before.
-        if let Some((units, control)) = &mut self.units {
+        if let Some((units, control, out)) = &mut self.units {
+            *out = if reset { 0 } else { control.code() };
             let code = u64::from(self.requant.valid()) << 1 | u64::from(self.requant.flag());
             control.step(reset, code);
             units.step(self.requant.words());
@@ -114,18 +145,18 @@ impl LayerModel {
             Some(group) => (group.done, group.flag),
             None => (at_foot.valid, at_foot.flag),
         };
-        let array = &self.array;
+        let front = &self.front;
         match &mut self.drain {
             Some(drain) => {
                 let (valid, flag) = (drain.valid(), drain.flag());
                 self.requant.step(reset, valid, flag, |sums| {
                     sums.copy_from_slice(drain.words())
                 });
-                drain.step(reset, done, done_flag, |sums| array.sums(sums));
+                drain.step(reset, done, done_flag, |sums| front.sums(sums));
             }
             None => {
                 self.requant
-                    .step(reset, done, done_flag, |sums| array.sums(sums));
+                    .step(reset, done, done_flag, |sums| front.sums(sums));
             }
         }
         if let Some(group) = &mut self.group {
@@ -133,25 +164,34 @@ impl LayerModel {
         }
 
         let (enable, first) = (at_foot.valid, at_foot.first);
-        let control = match &mut self.feed {
-            Operands::Replay(replay) => {
+        let control = match &mut self.front {
+            Front::Adders(adders) => {
+                adders.step(input.words);
+                Control {
+                    valid: input.valid,
+                    first: true,
+                    last: true,
+                    flag: input.flag,
+                }
+            }
+            Front::Array(Operands::Replay(replay), array) => {
                 let control = replay.control();
                 let words = replay.words().iter().copied();
-                self.array.step(words, replay.address(), enable, first);
+                array.step(words, replay.address(), enable, first);
                 replay.step(reset, input.valid, input.flag, input.words);
                 control
             }
-            Operands::Direct(beats) => {
+            Front::Array(Operands::Direct(beats), array) => {
                 let control = beats.control(input.valid, input.flag);
                 let words = input.words.iter().map(|word| real(*word));
-                self.array.step(words, beats.address(), enable, first);
+                array.step(words, beats.address(), enable, first);
                 beats.step(reset, input.valid);
                 control
             }
-            Operands::Hold(hold) => {
+            Front::Array(Operands::Hold(hold), array) => {
                 let control = hold.control();
                 let words = hold.words().iter().map(|word| real(*word));
-                self.array.step(words, hold.address(), enable, first);
+                array.step(words, hold.address(), enable, first);
                 hold.step(reset, input.valid, input.flag, input.words);
                 control
             }
@@ -169,18 +209,25 @@ impl LayerModel {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         within(probe, format_args!("u_{}", self.name), |probe| {
-            match &self.feed {
-                Operands::Replay(replay) => {
-                    within(probe, format_args!("u_replay"), |p| replay.show(p));
-                }
-                Operands::Direct(beats) => {
-                    within(probe, format_args!("u_beats"), |p| beats.show(p));
-                }
-                Operands::Hold(hold) => within(probe, format_args!("u_hold"), |p| hold.show(p)),
-            }
-            self.array.show_operands("operands_q", 0, probe);
             within(probe, format_args!("u_control"), |p| self.control.show(p));
-            self.array.show(probe);
+            match &self.front {
+                Front::Adders(adders) => adders.show(probe),
+                Front::Array(operands, array) => {
+                    match operands {
+                        Operands::Replay(replay) => {
+                            within(probe, format_args!("u_replay"), |p| replay.show(p));
+                        }
+                        Operands::Direct(beats) => {
+                            within(probe, format_args!("u_beats"), |p| beats.show(p));
+                        }
+                        Operands::Hold(hold) => {
+                            within(probe, format_args!("u_hold"), |p| hold.show(p));
+                        }
+                    }
+                    array.show_operands("operands_q", 0, probe);
+                    array.show(probe);
+                }
+            }
             if let Some(group) = &self.group {
                 within(probe, format_args!("u_group"), |p| group.show(p));
             }
@@ -188,8 +235,10 @@ impl LayerModel {
                 within(probe, format_args!("u_drain"), |p| drain.show(p));
             }
             self.requant.show(probe);
-            if let Some((units, control)) = &self.units {
+            if let Some((units, control, out)) = &self.units {
                 within(probe, format_args!("u_act_control"), |p| control.show(p));
+                probe.bit("valid_q", out & 2 != 0);
+                probe.bit("flag_q", out & 1 != 0);
                 units.show(probe);
             }
         });

@@ -1,6 +1,6 @@
 //! The perceptron stage: `<design>_mlp`.
 
-use hwgen_spec::design::{Feed, Layer, Perceptron};
+use hwgen_spec::design::{Layer, Perceptron};
 use hwgen_spec::device::Device;
 use hwgen_spec::schedule::Schedule;
 
@@ -52,7 +52,7 @@ impl StageModel {
                 gather: (starts > 0).then(|| {
                     Gather::new(quant.outputs(), layer.lanes, quant.output.width(), starts)
                 }),
-                streams: layer.feed != Feed::Replay,
+                streams: !layer.reads_whole(),
                 before,
             });
             nodes.len() - 1
@@ -140,7 +140,8 @@ impl StageModel {
             let node = &mut rest[0];
             if let Some(gather) = &mut node.gather {
                 let beat = node.layer.beat();
-                gather.step(reset, beat.valid, beat.flag, beat.words);
+                let next = node.layer.next();
+                gather.step(reset, next, (beat.valid, beat.flag, beat.words));
             }
             let input = match node.before.map(|b| &fore[b]) {
                 None => Beat {

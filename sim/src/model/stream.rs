@@ -1,33 +1,29 @@
-//! The cells at the ends of a stage: FIFO, queue, ingress, admission, egress.
+//! The cells at the ends of a stage: register slice, queue, ingress, admission, egress.
 
 use hwgen_spec::quantize::InputFormat;
 
 use super::probe::{Probe, address_bits, counter_bits, within};
 
-/// `hwg_fifo`: a word is a few fields.
+/// `hwg_slice`: a word is a few fields.
 #[derive(Clone, Debug)]
-pub(super) struct Fifo {
+pub(super) struct Slice {
     fields: usize,
     slot_widths: Vec<u32>,
+    /// The head, and the word behind it.
     slots: Vec<i64>,
-    count: usize,
     valid: bool,
     ready: bool,
-    depth: usize,
 }
 
-impl Fifo {
+impl Slice {
     /// `widths`: of the fields of a word, the lowest first.
-    pub(super) fn new(widths: &[u32], depth: usize) -> Self {
-        let slots = vec![0; widths.len() * depth];
+    pub(super) fn new(widths: &[u32]) -> Self {
         Self {
             fields: widths.len(),
-            slot_widths: widths.repeat(depth),
-            slots,
-            count: 0,
+            slot_widths: widths.repeat(2),
+            slots: vec![0; widths.len() * 2],
             valid: false,
             ready: false,
-            depth,
         }
     }
 
@@ -47,34 +43,36 @@ impl Fifo {
         &self.slots[..self.fields]
     }
 
-    /// `put` writes the fields of the word that is offered.
+    /// `put` writes the fields of what is offered, be it a word or not.
     #[inline]
     pub(super) fn step(
         &mut self,
         reset: bool,
         offered: bool,
         taken: bool,
-        put: impl FnOnce(&mut [i64]),
+        put: impl Fn(&mut [i64]),
     ) {
-        let fields = self.fields;
-        let (push, pop) = (offered && self.ready, self.valid && taken);
-        let tail = self.count - usize::from(pop);
-        if pop {
-            self.slots.copy_within(fields.., 0);
+        let pop = self.valid && taken;
+        let two = self.valid && !self.ready;
+        let (head, behind) = self.slots.split_at_mut(self.fields);
+        if pop || !self.valid {
+            if self.ready {
+                put(head);
+            } else {
+                head.copy_from_slice(behind);
+            }
         }
-        if push {
-            put(&mut self.slots[tail * fields..(tail + 1) * fields]);
+        if self.ready {
+            put(behind);
         }
+        let two_next = self.valid && !pop && (two || offered);
         // Data moves whatever the reset does; the handshake does not let it be seen.
-        let count = if reset { 0 } else { tail + usize::from(push) };
-        self.count = count;
-        self.valid = count != 0;
-        self.ready = !reset && count != self.depth;
+        self.valid = !reset && (two || (offered && self.ready) || (self.valid && !pop));
+        self.ready = !reset && !two_next;
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.fields("slot_q", &self.slot_widths, &self.slots);
-        probe.count("count_q", counter_bits(self.depth), self.count);
         probe.bit("valid_q", self.valid);
         probe.bit("ready_q", self.ready);
     }
@@ -170,12 +168,14 @@ pub(super) struct Ingress {
     lane_bits: u32,
     beat_words: usize,
     beats: usize,
-    slice: Fifo,
+    slice: Slice,
     index: usize,
     /// The beat that has met its bounds.
     bound: Beat,
     /// The beat that was compared with them.
     compared: Beat,
+    /// Whether there was an edge: at power-up nothing moves.
+    awake: bool,
     /// Whether beats ever moved on: until then no beat enables any words.
     moved: bool,
     words: Vec<i64>,
@@ -234,10 +234,11 @@ impl Ingress {
             lane_bits,
             beat_words,
             beats: words.div_ceil(beat_words),
-            slice: Fifo::new(&widths, 2),
+            slice: Slice::new(&widths),
             index: 0,
             bound: Beat::new(beat_words),
             compared: Beat::new(beat_words),
+            awake: false,
             moved: false,
             words: vec![0; words],
             full: false,
@@ -278,8 +279,9 @@ impl Ingress {
         (valid, last, data): (bool, bool, &[i64]),
         frame_ready: bool,
     ) {
-        let room = !self.full || frame_ready;
-        let moves = !self.compared.valid || room;
+        let room = self.room(frame_ready);
+        let moves = self.moves(frame_ready);
+        self.awake = true;
         let takes = self.slice.valid() && moves;
         let puts = self.compared.valid && room;
         self.full = !reset && (puts && self.compared.last || self.full && !frame_ready);
@@ -307,6 +309,18 @@ impl Ingress {
             slot[..beat_words].copy_from_slice(data);
             slot[beat_words] = i64::from(last);
         });
+    }
+
+    /// `room_q`: no frame stands here, or the one that does starts now.
+    #[inline]
+    fn room(&self, frame_ready: bool) -> bool {
+        self.awake && (!self.full || frame_ready)
+    }
+
+    /// `move_q`
+    #[inline]
+    fn moves(&self, frame_ready: bool) -> bool {
+        self.awake && (!self.compared.valid || self.room(frame_ready))
     }
 
     /// The beat that was compared goes into the frame.
@@ -354,8 +368,11 @@ impl Ingress {
         }
     }
 
-    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+    /// `frame_ready`: whether a frame that stands here starts in this clock.
+    pub(super) fn show<P: Probe>(&self, frame_ready: bool, probe: &mut P) {
         within(probe, format_args!("u_slice"), |p| self.slice.show(p));
+        probe.bit("room_q", self.room(frame_ready));
+        probe.bit("move_q", self.moves(frame_ready));
         let (bits, width) = (counter_bits(self.beats), self.input.format.width());
         let (bound, compared) = (&self.bound, &self.compared);
         probe.count("index_q", bits, self.index);
@@ -384,7 +401,6 @@ impl Ingress {
             });
         }
         probe.words("word_q", width, &self.words);
-        probe.bit("full_q", self.full);
         probe.bit("clipped_q", self.clipped);
         probe.bit("error_q", self.error);
     }
@@ -446,7 +462,7 @@ pub(super) struct Egress {
     slots: Vec<i64>,
     left: usize,
     user: i64,
-    slice: Fifo,
+    slice: Slice,
 }
 
 impl Egress {
@@ -461,7 +477,7 @@ impl Egress {
             slots: vec![0; beats * beat_words],
             left: 0,
             user: 0,
-            slice: Fifo::new(&widths, 2),
+            slice: Slice::new(&widths),
         }
     }
 

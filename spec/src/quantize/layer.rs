@@ -8,12 +8,17 @@ use super::settings::{MAX_SEGMENTS, check_width};
 use super::shift::{Inputs, extra_shifts, finer};
 use super::{FoldedLayer, InputFormat, MAX_SUM_WIDTH, QuantLayer, QuantizeError};
 use crate::activation::{FRACTION_RANGE, OddTable, range_log2};
+use crate::adders::Adders;
 use crate::format::{QFormat, Rounding, half, signed_width};
 use crate::network::{Activation, FloatLayer, FloatNet};
 use crate::options::{
     DEFAULT_BOUNDED_BITS, DEFAULT_DEEP_BOUNDED_BITS, DEFAULT_FINE_WEIGHT_BITS, DEFAULT_OUTPUT_BITS,
     DEFAULT_UNBOUNDED_BITS, DEFAULT_WEIGHT_BITS, OPERAND_BITS, Options, width_of,
 };
+
+/// Bits of a bias below the argument's last one, where the trainer fixed no format: finer ones would
+/// move no word by more than a thirty-second of a step, and take ROMs, adders and registers.
+const BIAS_GUARD_BITS: u32 = 4;
 
 /// The greatest magnitude of an unbounded word over its typical one.
 const CREST: f64 = 8.0;
@@ -137,11 +142,18 @@ impl Quantizer<'_> {
         let mut bias = Vec::new();
         for (i, row) in weights.iter().enumerate() {
             let extra = extra_shift[i];
+            let places = base_shift + extra;
+            let zeros = match layer.format.bias {
+                Some(_) => 0,
+                // As far as any sum that is not refused is shifted.
+                None => places.saturating_sub(BIAS_GUARD_BITS).min(MAX_SUM_WIDTH),
+            };
             // 62 bits are wide enough to quantize any bias before its width is judged.
-            let format = QFormat::new(62, biased_fraction + extra.cast_signed())
+            let fraction = biased_fraction + extra.cast_signed() - zeros.cast_signed();
+            let format = QFormat::new(62 - zeros, fraction)
                 .map_err(|_| magnitude(name, "weights", layer.weights.amax()))?;
-            let exact = format.quantize(bias_values[i], Rounding::HalfUp).code;
-            bias.push(exact.saturating_add(half(base_shift + extra)));
+            let rounded = format.quantize(bias_values[i], Rounding::HalfUp).code;
+            bias.push((rounded << zeros).saturating_add(half(places)));
             let magnitude: i64 = row.iter().map(|w| w.abs()).sum();
             sum_bound = sum_bound.max(magnitude << (input.format.width() - 1));
             bias_bound = bias_bound.max(bias[i].saturating_abs());
@@ -162,6 +174,7 @@ impl Quantizer<'_> {
             });
         }
 
+        let adders = Adders::of_short(&weights, input.format.width()).map(Arc::new);
         let quant = QuantLayer {
             name: name.clone(),
             network: network.to_owned(),
@@ -178,6 +191,7 @@ impl Quantizer<'_> {
             pre,
             output,
             table,
+            adders,
             sum_width,
             biased_width,
             proved_range,

@@ -32,12 +32,19 @@ pub(super) fn extra_shifts(
         .iter()
         .map(|row| {
             let norm = row.iter().map(|w| w * w).sum::<f64>().sqrt();
+            // Weights that are codes already have nothing to gain.
+            let exact = row
+                .iter()
+                .all(|w| common.to_f64(common.quantize(*w, Rounding::HalfUp).code) == *w);
             let tolerated = (pre.step() / 2.0).max(norm * input.step * uniform / 2.0);
             let fits = |extra: &u32| {
                 let format = finer(common, *extra);
                 row.iter()
                     .all(|w| !format.quantize(*w, Rounding::HalfUp).clipped)
             };
+            if exact {
+                return (0, false);
+            }
             let extra = (0..=MAX_EXTRA_SHIFT)
                 .take_while(fits)
                 .find(|extra| error(*extra) <= tolerated)

@@ -52,7 +52,7 @@ module gate (
   (* keep *) always @(posedge aclk) egress_rst_q2  <= ~rst_nq;
 
   wire in_next;
-  wire in_taken;
+  wire in_take;
   wire in_clipped;
   wire in_error;
   wire [47:0] in_frame;
@@ -71,7 +71,7 @@ module gate (
     .low_i        (LOW),
     .high_i       (HIGH),
     .frame_next_o (in_next),
-    .frame_taken_i(in_taken),
+    .take_next_i  (in_take),
     .frame_o      (in_frame),
     .clipped_o    (in_clipped),
     .error_o      (in_error)
@@ -86,7 +86,7 @@ module gate (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
-    .frame_taken_o(in_taken),
+    .take_next_o  (in_take),
     .frame_i      (in_frame),
     .clipped_i    (in_clipped),
     .error_i      (in_error),

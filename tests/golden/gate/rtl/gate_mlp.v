@@ -17,7 +17,7 @@ module gate_mlp (
   input  wire        clk_i,
   input  wire        rst_ni,
   input  wire        frame_next_i,   // an input frame stands in frame_i after this edge
-  output wire        frame_taken_o,  // the one that stands there is taken
+  output wire        take_next_o,    // it is taken at the edge behind that
   input  wire [47:0] frame_i,
   input  wire        clipped_i,      // an input was outside of the box
   input  wire        error_i,        // the frame was too short or too long
@@ -75,6 +75,7 @@ module gate_mlp (
   // Layer net_l0: 3 to 7 sigmoid, 1 x 3 multipliers for 7 clocks.
   (* keep *) reg net_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_l0_rst_q2 <= ~rst_ni;
+  wire unused_net_l0_next;
   wire net_l0_valid;
   wire net_l0_flag;
   wire [12:0] net_l0_words;
@@ -84,6 +85,7 @@ module gate_mlp (
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
+    .next_o  (unused_net_l0_next),
     .valid_o (net_l0_valid),
     .flag_o  (net_l0_flag),
     .words_o (net_l0_words)
@@ -92,6 +94,7 @@ module gate_mlp (
   // Layer net_l1: 7 to 2 sigmoid, 2 x 1 multipliers for 7 clocks.
   (* keep *) reg net_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_l1_rst_q2 <= ~rst_ni;
+  wire net_l1_next;
   wire net_l1_valid;
   wire net_l1_flag;
   wire [12:0] net_l1_words;
@@ -101,6 +104,7 @@ module gate_mlp (
     .valid_i (net_l0_valid),
     .flag_i  (net_l0_flag),
     .words_i (net_l0_words),
+    .next_o  (net_l1_next),
     .valid_o (net_l1_valid),
     .flag_o  (net_l1_flag),
     .words_o (net_l1_words)
@@ -116,6 +120,7 @@ module gate_mlp (
   ) u_net_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (net_l1_rst_q2),
+    .next_i  (net_l1_next),
     .valid_i (net_l1_valid),
     .flag_i  (net_l1_flag),
     .data_i  (net_l1_words),
@@ -152,7 +157,7 @@ module gate_mlp (
 
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next & net_known_next;
-  assign frame_taken_o = start_q;
+  assign take_next_o   = may_start;
   assign frame_valid_o = leave_q;
   assign saturated_o   = clipped | net_saturated;
   genvar i;

@@ -21,13 +21,13 @@ module gate_net_l0_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      3'd0: data_q <= 28'h03442ca;  // neuron 0
-      3'd1: data_q <= 28'h0376f70;  // neuron 1
-      3'd2: data_q <= 28'h07ad083;  // neuron 2
-      3'd3: data_q <= 28'hfd44958;  // neuron 3
-      3'd4: data_q <= 28'hff21903;  // neuron 4
-      3'd5: data_q <= 28'h03569b4;  // neuron 5
-      3'd6: data_q <= 28'h03d7a16;  // neuron 6
+      3'd0: data_q <= 28'h0344200;  // neuron 0
+      3'd1: data_q <= 28'h0377000;  // neuron 1
+      3'd2: data_q <= 28'h07ad000;  // neuron 2
+      3'd3: data_q <= 28'hfd44a00;  // neuron 3
+      3'd4: data_q <= 28'hff21a00;  // neuron 4
+      3'd5: data_q <= 28'h0356a00;  // neuron 5
+      3'd6: data_q <= 28'h03d7a00;  // neuron 6
       default: data_q <= 28'h0;
     endcase
   end

@@ -21,8 +21,8 @@ module gate_net_l1_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      1'd0: data_q <= 26'h0156d44;  // neuron 0
-      1'd1: data_q <= 26'h3f8fb66;  // neuron 1
+      1'd0: data_q <= 26'h0156d80;  // neuron 0
+      1'd1: data_q <= 26'h3f8fb80;  // neuron 1
       default: data_q <= 26'h0;
     endcase
   end

@@ -64,10 +64,8 @@ module hwg_egress #(
     end
   end
 
-  wire unused_valid_next;
-  hwg_fifo #(
-    .WIDTH(3 + BEAT_WORDS*LANE_WIDTH),
-    .DEPTH(2)
+  hwg_slice #(
+    .WIDTH(3 + BEAT_WORDS*LANE_WIDTH)
   ) u_slice (
     .clk_i       (clk_i),
     .rst_i       (rst_i),
@@ -76,7 +74,6 @@ module hwg_egress #(
     .ready_next_o(beat_ready_next),
     .data_i      ({beat_last, user_q, slot_q[0 +: BEAT_WORDS*LANE_WIDTH]}),
     .valid_o     (tvalid_o),
-    .valid_next_o(unused_valid_next),
     .ready_i     (tready_i),
     .data_o      ({tlast_o, tuser_o, tdata_o})
   );

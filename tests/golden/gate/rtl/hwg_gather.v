@@ -17,6 +17,7 @@ module hwg_gather #(
 ) (
   input  wire                   clk_i,
   input  wire                   rst_i,
+  input  wire                   next_i,   // valid_i after this edge
   input  wire                   valid_i,
   input  wire                   flag_i,
   input  wire [LANES*WIDTH-1:0] data_i,
@@ -48,18 +49,26 @@ module hwg_gather #(
         if (rst_i)        taken_q <= {(BEATS-1){1'b0}};
         else if (valid_i) taken_q <= last ? {(BEATS-1){1'b0}} : more[BEATS-2:0];
       end
-      assign taken = {1'b0, taken_q};
+      assign taken  = {1'b0, taken_q};
+      assign last_d = valid_i ? ~last & more[BEATS-2] : last;
     end else begin : g_whole
-      assign taken = 1'b0;
+      assign taken  = 1'b0;
+      assign last_d = 1'b1;
     end
   endgenerate
+
+  // What the copies take is known a clock ahead and comes from a register, with its load of copies
+  // alone.
+  reg  complete_q = 1'b0;  // the last beat is here
+  wire last_d;             // the beat after this edge, if one comes, is the last
+  always @(posedge clk_i) complete_q <= next_i & last_d & ~rst_i;
 
   // Copies that drive a part of the readers' words each: `keep` keeps them.
   genvar g;
   generate
     for (g = 0; g < STARTS; g = g + 1) begin : g_copy
       (* keep *) reg start_q = 1'b0;
-      (* keep *) always @(posedge clk_i) start_q <= valid_i & last & ~rst_i;
+      (* keep *) always @(posedge clk_i) start_q <= complete_q & ~rst_i;
       assign start_o[g] = start_q;
     end
   endgenerate

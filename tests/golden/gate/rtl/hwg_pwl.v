@@ -8,8 +8,8 @@
 // Format:    z_i is signed, in [-max, max]; t has FRACTION fraction bits. The offset has 2 guard bits
 //            and contains half an output step, so that the shift rounds to nearest; that of segment 0
 //            is below an output step, so that zero leads to zero.
-// Latency:   7 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock:
-//            stage 1 magnitude, 2 segment ROM, 3 to 5 multiplier, 6 sum, 7 result.
+// Latency:   7 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock,
+//            product_i = slope * distance_o both by 3: stage 1 magnitude, 2 segment ROM, 3 to 5 multiplier, 6 sum, 7 result.
 // Overflow:  impossible: the table's values stay below 2^FRACTION (checked for every code).
 // Reset:     none.
 // Model:     hwgen: sim/src/model/finish.rs, Pwl
@@ -23,11 +23,13 @@ module hwg_pwl #(
   parameter integer WIDTH           = 13,  // bits of the result, FRACTION + 1 (sigmoid + 2) or more
   parameter integer SIGMOID         = 0    // 1: sigmoid, 0: tanh
 ) (
-  input  wire                           clk_i,
-  input  wire [MAGNITUDE_WIDTH:0]       z_i,
-  output wire [SEGMENT_WIDTH-1:0]       segment_o,
-  input  wire [FRACTION+2+SLOPE_BITS:0] line_i,
-  output wire [WIDTH-1:0]               y_o
+  input  wire                                                clk_i,
+  input  wire [MAGNITUDE_WIDTH:0]                            z_i,
+  output wire [SEGMENT_WIDTH-1:0]                            segment_o,
+  input  wire [FRACTION+2+SLOPE_BITS:0]                      line_i,
+  output wire [MAGNITUDE_WIDTH-SEGMENT_WIDTH-1:0]            distance_o,
+  input  wire [MAGNITUDE_WIDTH-SEGMENT_WIDTH+SLOPE_BITS+2:0] product_i,
+  output wire [WIDTH-1:0]                                    y_o
 );
   localparam integer DISTANCE_WIDTH = MAGNITUDE_WIDTH - SEGMENT_WIDTH;
   localparam integer SLOPE_WIDTH    = SLOPE_BITS + 1;
@@ -48,22 +50,10 @@ module hwg_pwl #(
   wire                       negative = z_i[MAGNITUDE_WIDTH];
   wire [MAGNITUDE_WIDTH-1:0] low_bits = z_i[MAGNITUDE_WIDTH-1:0];
   wire [OFFSET_WIDTH-1:0]    offset   = line_i[SLOPE_WIDTH +: OFFSET_WIDTH];
-  wire [SLOPE_WIDTH-1:0]     slope    = line_i[SLOPE_WIDTH-1:0];
-
-  wire [PRODUCT_WIDTH-1:0] product;  // stages 3 (operands) to 5
-  hwg_mul #(
-    .A_WIDTH(DISTANCE_WIDTH + 1),
-    .B_WIDTH(SLOPE_WIDTH + 1)
-  ) u_mul (
-    .clk_i(clk_i),
-    .a_i  ({1'b0, distance_q}),
-    .b_i  ({1'b0, slope}),
-    .p_o  (product)
-  );
 
   // verilator lint_off UNUSED
   // The product is below 2^SUM_WIDTH, as the sum is: bits above are zero.
-  wire [PRODUCT_WIDTH+SUM_WIDTH-1:0] rise = {{SUM_WIDTH{1'b0}}, product};
+  wire [PRODUCT_WIDTH+SUM_WIDTH-1:0] rise = {{SUM_WIDTH{1'b0}}, product_i};
   // verilator lint_on UNUSED
   wire [OFFSET_WIDTH-1:0] old_offset = offset_q[2*OFFSET_WIDTH +: OFFSET_WIDTH];
   wire [SUM_WIDTH-1:0]    base;
@@ -87,8 +77,9 @@ module hwg_pwl #(
     y_q         <= negative_q[5] ? one - t : one + t;
   end
 
-  assign segment_o = magnitude_q[MAGNITUDE_WIDTH-1:DISTANCE_WIDTH];
-  assign y_o       = y_q;
+  assign distance_o = distance_q;
+  assign segment_o  = magnitude_q[MAGNITUDE_WIDTH-1:DISTANCE_WIDTH];
+  assign y_o        = y_q;
 endmodule
 
 `default_nettype wire

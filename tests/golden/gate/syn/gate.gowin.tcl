@@ -20,7 +20,6 @@ add_file -type verilog $root/rtl/hwg_beats.v
 add_file -type verilog $root/rtl/hwg_delay.v
 add_file -type verilog $root/rtl/hwg_drain.v
 add_file -type verilog $root/rtl/hwg_egress.v
-add_file -type verilog $root/rtl/hwg_fifo.v
 add_file -type verilog $root/rtl/hwg_gather.v
 add_file -type verilog $root/rtl/hwg_group.v
 add_file -type verilog $root/rtl/hwg_ingress.v
@@ -29,6 +28,7 @@ add_file -type verilog $root/rtl/hwg_pwl.v
 add_file -type verilog $root/rtl/hwg_queue.v
 add_file -type verilog $root/rtl/hwg_replay.v
 add_file -type verilog $root/rtl/hwg_requant.v
+add_file -type verilog $root/rtl/hwg_slice.v
 add_file -type verilog $root/rtl/hwg_tree_level.v
 add_file -type sdc $root/constraints/gate.sdc
 set_option -synthesis_tool gowinsynthesis

@@ -17,6 +17,7 @@ module line_net_l0 (
   input  wire        start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [13:0] vector_i,
+  output wire        next_o,    // valid_o after this edge
   output wire        valid_o,
   output wire        flag_o,
   output wire [23:0] words_o
@@ -112,6 +113,7 @@ module line_net_l0 (
     .sums_i   (sums),
     .address_o(beat),
     .entry_i  (entries),
+    .next_o   (next_o),
     .valid_o  (valid_o),
     .flag_o   (flag_o),
     .words_o  (words_o)

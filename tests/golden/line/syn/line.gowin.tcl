@@ -5,13 +5,13 @@ set_device GW2A-LV18PG256C8/I7
 add_file -type verilog $root/rtl/hwg_admit.v
 add_file -type verilog $root/rtl/hwg_delay.v
 add_file -type verilog $root/rtl/hwg_egress.v
-add_file -type verilog $root/rtl/hwg_fifo.v
 add_file -type verilog $root/rtl/hwg_gather.v
 add_file -type verilog $root/rtl/hwg_ingress.v
 add_file -type verilog $root/rtl/hwg_mul.v
 add_file -type verilog $root/rtl/hwg_queue.v
 add_file -type verilog $root/rtl/hwg_replay.v
 add_file -type verilog $root/rtl/hwg_requant.v
+add_file -type verilog $root/rtl/hwg_slice.v
 add_file -type verilog $root/rtl/line.v
 add_file -type verilog $root/rtl/line_mlp.v
 add_file -type verilog $root/rtl/line_net_l0.v

@@ -6,13 +6,13 @@ foreach file {
   rtl/hwg_admit.v
   rtl/hwg_delay.v
   rtl/hwg_egress.v
-  rtl/hwg_fifo.v
   rtl/hwg_gather.v
   rtl/hwg_ingress.v
   rtl/hwg_mul.v
   rtl/hwg_queue.v
   rtl/hwg_replay.v
   rtl/hwg_requant.v
+  rtl/hwg_slice.v
   rtl/line.v
   rtl/line_mlp.v
   rtl/line_net_l0.v

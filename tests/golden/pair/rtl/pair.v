@@ -9,7 +9,7 @@
 //            A word is an integer; divided by 2^n it is the value in its unit (format Qm.n).
 //            m_axis_tuser[0]: an input was outside of its bounds, or a word inside was clipped;
 //            m_axis_tuser[1]: the input frame was too short or too long.
-// Latency:   123 clocks from the edge that takes the first input beat to the edge that hands over
+// Latency:   122 clocks from the edge that takes the first input beat to the edge that hands over
 //            the last output beat; a frame every 14 clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
 // Reset:     aresetn, synchronous, active low, for 3 clocks or more; frames under way are dropped.
@@ -56,7 +56,7 @@ module pair (
   (* keep *) always @(posedge aclk) egress_rst_q2  <= ~rst_nq;
 
   wire in_next;
-  wire in_taken;
+  wire in_take;
   wire in_clipped;
   wire in_error;
   wire [64:0] in_frame;
@@ -75,7 +75,7 @@ module pair (
     .low_i        (LOW),
     .high_i       (HIGH),
     .frame_next_o (in_next),
-    .frame_taken_i(in_taken),
+    .take_next_i  (in_take),
     .frame_o      (in_frame),
     .clipped_o    (in_clipped),
     .error_o      (in_error)
@@ -90,7 +90,7 @@ module pair (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
-    .frame_taken_o(in_taken),
+    .take_next_o  (in_take),
     .frame_i      (in_frame),
     .clipped_i    (in_clipped),
     .error_i      (in_error),

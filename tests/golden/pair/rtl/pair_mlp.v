@@ -6,7 +6,7 @@
 //              size: 3 relu, 1 linear
 // Format:    words of the input frame are read as Q7.5; those of the output frame are sign-extended to
 //            32 bits.
-// Latency:   111 clocks from start to the output frame; a frame every 14 clocks.
+// Latency:   110 clocks from start to the output frame; a frame every 14 clocks.
 // Overflow:  inside there is no back-pressure: at most 8 frames are under way, and the queues
 //            behind the networks hold as many.
 // Reset:     control bits only; frames under way are dropped.
@@ -18,7 +18,7 @@ module pair_mlp (
   input  wire         clk_i,
   input  wire         rst_ni,
   input  wire         frame_next_i,   // an input frame stands in frame_i after this edge
-  output wire         frame_taken_o,  // the one that stands there is taken
+  output wire         take_next_o,    // it is taken at the edge behind that
   input  wire [64:0]  frame_i,
   input  wire         clipped_i,      // an input was outside of the box
   input  wire         error_i,        // the frame was too short or too long
@@ -76,6 +76,7 @@ module pair_mlp (
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
   (* keep *) reg shared_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) shared_l0_rst_q2 <= ~rst_ni;
+  wire shared_l0_next;
   wire shared_l0_valid;
   wire shared_l0_flag;
   wire [17:0] shared_l0_words;
@@ -85,6 +86,7 @@ module pair_mlp (
     .start_i (start_q),
     .flag_i  (1'b0),
     .vector_i(frame_i),
+    .next_o  (shared_l0_next),
     .valid_o (shared_l0_valid),
     .flag_o  (shared_l0_flag),
     .words_o (shared_l0_words)
@@ -100,6 +102,7 @@ module pair_mlp (
   ) u_shared_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (shared_l0_rst_q2),
+    .next_i  (shared_l0_next),
     .valid_i (shared_l0_valid),
     .flag_i  (shared_l0_flag),
     .data_i  (shared_l0_words),
@@ -111,6 +114,7 @@ module pair_mlp (
   // Layer turn_l0: 7 to 5 tanh, 3 x 1 multipliers for 14 clocks.
   (* keep *) reg turn_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_l0_rst_q2 <= ~rst_ni;
+  wire turn_l0_next;
   wire turn_l0_valid;
   wire turn_l0_flag;
   wire [13:0] turn_l0_words;
@@ -120,6 +124,7 @@ module pair_mlp (
     .start_i (shared_l0_start[0 +: 2]),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
+    .next_o  (turn_l0_next),
     .valid_o (turn_l0_valid),
     .flag_o  (turn_l0_flag),
     .words_o (turn_l0_words)
@@ -135,6 +140,7 @@ module pair_mlp (
   ) u_turn_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
+    .next_i  (turn_l0_next),
     .valid_i (turn_l0_valid),
     .flag_i  (turn_l0_flag),
     .data_i  (turn_l0_words),
@@ -146,6 +152,7 @@ module pair_mlp (
   // Layer turn_l1: 5 to 3 tanh, 1 x 2 multipliers for 9 clocks.
   (* keep *) reg turn_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_l1_rst_q2 <= ~rst_ni;
+  wire unused_turn_l1_next;
   wire turn_l1_valid;
   wire turn_l1_flag;
   wire [13:0] turn_l1_words;
@@ -155,6 +162,7 @@ module pair_mlp (
     .start_i (turn_l0_start),
     .flag_i  (turn_l0_clipped),
     .vector_i(turn_l0_vector),
+    .next_o  (unused_turn_l1_next),
     .valid_o (turn_l1_valid),
     .flag_o  (turn_l1_flag),
     .words_o (turn_l1_words)
@@ -163,6 +171,7 @@ module pair_mlp (
   // Layer turn_out: 3 to 3 linear, 1 x 1 multiplier for 9 clocks.
   (* keep *) reg turn_out_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_out_rst_q2 <= ~rst_ni;
+  wire turn_out_next;
   wire turn_out_valid;
   wire turn_out_flag;
   wire [19:0] turn_out_words;
@@ -172,6 +181,7 @@ module pair_mlp (
     .valid_i (turn_l1_valid),
     .flag_i  (turn_l1_flag),
     .words_i (turn_l1_words),
+    .next_o  (turn_out_next),
     .valid_o (turn_out_valid),
     .flag_o  (turn_out_flag),
     .words_o (turn_out_words)
@@ -187,6 +197,7 @@ module pair_mlp (
   ) u_turn_out_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_out_rst_q2),
+    .next_i  (turn_out_next),
     .valid_i (turn_out_valid),
     .flag_i  (turn_out_flag),
     .data_i  (turn_out_words),
@@ -198,6 +209,7 @@ module pair_mlp (
   // Layer size_l0: 7 to 3 relu, 1 x 2 multipliers for 12 clocks.
   (* keep *) reg size_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_l0_rst_q2 <= ~rst_ni;
+  wire unused_size_l0_next;
   wire size_l0_valid;
   wire size_l0_flag;
   wire [17:0] size_l0_words;
@@ -207,6 +219,7 @@ module pair_mlp (
     .start_i (shared_l0_start[2 +: 2]),
     .flag_i  (shared_l0_clipped),
     .vector_i(shared_l0_vector),
+    .next_o  (unused_size_l0_next),
     .valid_o (size_l0_valid),
     .flag_o  (size_l0_flag),
     .words_o (size_l0_words)
@@ -215,6 +228,7 @@ module pair_mlp (
   // Layer size_l1: 3 to 1 linear, 1 x 1 multiplier for 3 clocks.
   (* keep *) reg size_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_l1_rst_q2 <= ~rst_ni;
+  wire size_l1_next;
   wire size_l1_valid;
   wire size_l1_flag;
   wire [19:0] size_l1_words;
@@ -224,6 +238,7 @@ module pair_mlp (
     .valid_i (size_l0_valid),
     .flag_i  (size_l0_flag),
     .words_i (size_l0_words),
+    .next_o  (size_l1_next),
     .valid_o (size_l1_valid),
     .flag_o  (size_l1_flag),
     .words_o (size_l1_words)
@@ -239,6 +254,7 @@ module pair_mlp (
   ) u_size_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (size_l1_rst_q2),
+    .next_i  (size_l1_next),
     .valid_i (size_l1_valid),
     .flag_i  (size_l1_flag),
     .data_i  (size_l1_words),
@@ -301,7 +317,7 @@ module pair_mlp (
 
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next & turn_known_next & size_known_next;
-  assign frame_taken_o = start_q;
+  assign take_next_o   = may_start;
   assign frame_valid_o = leave_q;
   assign saturated_o   = clipped | turn_saturated | size_saturated;
   genvar i;

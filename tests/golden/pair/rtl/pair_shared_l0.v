@@ -18,6 +18,7 @@ module pair_shared_l0 (
   input  wire        start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [64:0] vector_i,
+  output wire        next_o,    // valid_o after this edge
   output wire        valid_o,
   output wire        flag_o,
   output wire [17:0] words_o
@@ -131,6 +132,7 @@ module pair_shared_l0 (
     .sums_i   (sums),
     .address_o(beat),
     .entry_i  (entries),
+    .next_o   (next_o),
     .valid_o  (valid_o),
     .flag_o   (flag_o),
     .words_o  (words_o)

@@ -24,10 +24,10 @@ module pair_shared_l0_bias (
       3'd0: data_q <= 30'h07fae885;  // neuron 0
       3'd1: data_q <= 30'h08057062;  // neuron 1
       3'd2: data_q <= 30'h18235f40;  // neuron 2
-      3'd3: data_q <= 30'h28addbf5;  // neuron 3
-      3'd4: data_q <= 30'h3d7b232b;  // neuron 4
-      3'd5: data_q <= 30'h399681ab;  // neuron 5
-      3'd6: data_q <= 30'h3c6b0f55;  // neuron 6
+      3'd3: data_q <= 30'h28addbf0;  // neuron 3
+      3'd4: data_q <= 30'h3d7b2340;  // neuron 4
+      3'd5: data_q <= 30'h399681c0;  // neuron 5
+      3'd6: data_q <= 30'h3c6b0f40;  // neuron 6
       default: data_q <= 30'h0;
     endcase
   end

@@ -21,9 +21,9 @@ module pair_size_l0_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      2'd0: data_q <= 29'h007be1df;  // neuron 0
-      2'd1: data_q <= 29'h00d845d0;  // neuron 1
-      2'd2: data_q <= 29'h002e435b;  // neuron 2
+      2'd0: data_q <= 29'h007be1e0;  // neuron 0
+      2'd1: data_q <= 29'h00d845e0;  // neuron 1
+      2'd2: data_q <= 29'h002e4360;  // neuron 2
       default: data_q <= 29'h0;
     endcase
   end

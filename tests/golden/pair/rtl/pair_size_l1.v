@@ -18,6 +18,7 @@ module pair_size_l1 (
   input  wire        valid_i,
   input  wire        flag_i,    // a word before was clipped
   input  wire [17:0] words_i,
+  output wire        next_o,    // valid_o after this edge
   output wire        valid_o,
   output wire        flag_o,
   output wire [19:0] words_o
@@ -118,6 +119,7 @@ module pair_size_l1 (
     .sums_i   (sums),
     .address_o(beat),
     .entry_i  (entries),
+    .next_o   (next_o),
     .valid_o  (valid_o),
     .flag_o   (flag_o),
     .words_o  (words_o)

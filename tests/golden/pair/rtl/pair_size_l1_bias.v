@@ -21,7 +21,7 @@ module pair_size_l1_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      1'd0: data_q <= 27'h031e916;  // neuron 0
+      1'd0: data_q <= 27'h031e914;  // neuron 0
       default: data_q <= 27'h0;
     endcase
   end

@@ -18,6 +18,7 @@ module pair_turn_l0 (
   input  wire [1:0]   start_i,   // the vector is whole
   input  wire         flag_i,    // a word before was clipped
   input  wire [125:0] vector_i,
+  output wire         next_o,    // valid_o after this edge
   output wire         valid_o,
   output wire         flag_o,
   output wire [13:0]  words_o
@@ -160,6 +161,7 @@ module pair_turn_l0 (
     .address_i(beat),
     .data_o   (entries)
   );
+  wire unused_z_next;
   wire z_valid;
   wire z_flag;
   wire [16:0] z;
@@ -183,26 +185,38 @@ module pair_turn_l0 (
     .sums_i   (lane_sums),
     .address_o(beat),
     .entry_i  (entries),
+    .next_o   (unused_z_next),
     .valid_o  (z_valid),
     .flag_o   (z_flag),
     .words_o  (z)
   );
 
   // Activation: one unit a lane, each with its own copy of the segments.
+  wire next_flag;
   hwg_delay #(
     .WIDTH(2),
-    .DEPTH(7)
+    .DEPTH(6)
   ) u_act_control (
     .clk_i (clk_i),
     .rst_i (rst_i),
     .data_i({z_valid, z_flag}),
-    .data_o({valid_o, flag_o})
+    .data_o({next_o, next_flag})
   );
+  reg valid_q = 1'b0;
+  reg flag_q  = 1'b0;
+  always @(posedge clk_i) begin
+    valid_q <= next_o & ~rst_i;
+    flag_q  <= next_flag & ~rst_i;
+  end
+  assign valid_o = valid_q;
+  assign flag_o  = flag_q;
   genvar i;
   generate
     for (i = 0; i < 1; i = i + 1) begin : g_act
       wire [7:0] segment;
       wire [23:0] line;
+      wire [7:0] distance;
+      wire [18:0] product;
       pair_tanh13 u_segments (
         .clk_i    (clk_i),
         .address_i(segment),
@@ -216,11 +230,22 @@ module pair_turn_l0 (
         .WIDTH          (14),
         .SIGMOID        (0)
       ) u_pwl (
-        .clk_i    (clk_i),
-        .z_i      (z[i*17 +: 17]),
-        .segment_o(segment),
-        .line_i   (line),
-        .y_o      (words_o[i*14 +: 14])
+        .clk_i     (clk_i),
+        .z_i       (z[i*17 +: 17]),
+        .segment_o (segment),
+        .line_i    (line),
+        .distance_o(distance),
+        .product_i (product),
+        .y_o       (words_o[i*14 +: 14])
+      );
+      hwg_mul #(
+        .A_WIDTH(9),
+        .B_WIDTH(10)
+      ) u_mul (
+        .clk_i(clk_i),
+        .a_i  ({1'b0, distance}),
+        .b_i  ({1'b0, line[8:0]}),
+        .p_o  (product)
       );
     end
   endgenerate

@@ -21,11 +21,11 @@ module pair_turn_l0_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      3'd0: data_q <= 32'h1f8f7519;  // neuron 0
-      3'd1: data_q <= 32'h5f247c54;  // neuron 1
-      3'd2: data_q <= 32'h839b9176;  // neuron 2
-      3'd3: data_q <= 32'h9b8eaa72;  // neuron 3
-      3'd4: data_q <= 32'h9da11909;  // neuron 4
+      3'd0: data_q <= 32'h1f8f7500;  // neuron 0
+      3'd1: data_q <= 32'h5f247c00;  // neuron 1
+      3'd2: data_q <= 32'h839b9000;  // neuron 2
+      3'd3: data_q <= 32'h9b8eac00;  // neuron 3
+      3'd4: data_q <= 32'h9da11800;  // neuron 4
       3'd5: data_q <= 32'h00000000;  // padding
       default: data_q <= 32'h0;
     endcase

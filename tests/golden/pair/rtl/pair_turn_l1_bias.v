@@ -21,9 +21,9 @@ module pair_turn_l1_bias (
   always @(posedge clk_i) begin
     (* rom_style = "logic" *)
     case (address_i)
-      2'd0: data_q <= 26'h3eaf989;  // neuron 0
+      2'd0: data_q <= 26'h3eaf990;  // neuron 0
       2'd1: data_q <= 26'h009e990;  // neuron 1
-      2'd2: data_q <= 26'h01afe74;  // neuron 2
+      2'd2: data_q <= 26'h01afe70;  // neuron 2
       default: data_q <= 26'h0;
     endcase
   end

@@ -5,7 +5,7 @@
 //            each beat of the layer before is offered 3 times, once for each neuron.
 //            3 sums take turns in an accumulator.
 // Format:    x Q0.13, W Q2.6, y Q1.18 (20 bits).
-// Latency:   7 clocks from an operand to its sum, 5 from a sum to its word.
+// Latency:   7 clocks from an operand to its sum, 4 from a sum to its word.
 // Overflow:  sums can't; a word that is clipped to Q1.18 raises flag_o.
 // Reset:     control bits only.
 // Model:     hwgen: sim/src/model/layer.rs
@@ -18,6 +18,7 @@ module pair_turn_out (
   input  wire        valid_i,
   input  wire        flag_i,    // a word before was clipped
   input  wire [13:0] words_i,
+  output wire        next_o,    // valid_o after this edge
   output wire        valid_o,
   output wire        flag_o,
   output wire [19:0] words_o
@@ -102,7 +103,7 @@ module pair_turn_out (
 
   // Bias, shift, rounding, saturation: sums to Q1.18.
   wire [1:0] beat;
-  wire [24:0] entries;
+  wire [22:0] entries;
   pair_turn_out_bias u_bias (
     .clk_i    (clk_i),
     .address_i(beat),
@@ -113,7 +114,7 @@ module pair_turn_out (
     .SUM_WIDTH    (23),
     .BIASED_WIDTH (23),
     .PRODUCT_SHIFT(0),
-    .EXTRA_WIDTH  (2),
+    .EXTRA_WIDTH  (0),
     .SHIFT        (1),
     .WIDTH        (20),
     .SATURATION   (0),
@@ -128,6 +129,7 @@ module pair_turn_out (
     .sums_i   (sums),
     .address_o(beat),
     .entry_i  (entries),
+    .next_o   (next_o),
     .valid_o  (valid_o),
     .flag_o   (flag_o),
     .words_o  (words_o)

@@ -2,7 +2,7 @@
 // pair_turn_out_pe: one neuron at a time of layer turn_out, 1 input a clock.
 //
 // Function:  sum_o = sum of operand * weight, accumulated over the beats, several neurons in turns.
-// Format:    operands Q0.13, weights Q2.6 (finer where a neuron has a shift of its own),
+// Format:    operands Q0.13, weights Q2.6,
 //            products 23 bits, sums 23 bits, all exact.
 // Latency:   6 clocks from operands to sum_o; weights come two clocks after their operands.
 // Overflow:  impossible: 23 bits hold the sum of the weights' magnitudes times the operand's

@@ -12,7 +12,6 @@ foreach file {
   rtl/hwg_delay.v
   rtl/hwg_drain.v
   rtl/hwg_egress.v
-  rtl/hwg_fifo.v
   rtl/hwg_gather.v
   rtl/hwg_group.v
   rtl/hwg_hold.v
@@ -22,6 +21,7 @@ foreach file {
   rtl/hwg_queue.v
   rtl/hwg_replay.v
   rtl/hwg_requant.v
+  rtl/hwg_slice.v
   rtl/hwg_tree_level.v
   rtl/pair.v
   rtl/pair_mlp.v
