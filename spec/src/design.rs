@@ -618,8 +618,11 @@ impl Design {
         self.perceptron().layers().map(Layer::macs).sum()
     }
 
-    /// Share of the multipliers' cycles that does useful work.
+    /// Share of the multipliers' cycles that does useful work; none where there are no multipliers.
     pub fn mac_utilization(&self) -> f64 {
+        if self.multipliers() == 0 {
+            return 0.0;
+        }
         #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
         let ratio = |a: usize, b: usize| a as f64 / b as f64;
         ratio(self.macs(), self.multipliers() * self.interval_cycles())

@@ -39,7 +39,8 @@ fn the_object_holds_what_a_program_wants() {
     assert_eq!(json["ok"], true);
     assert_eq!(json["design"], "tiny");
     assert_eq!(json["out"], "o");
-    assert_eq!(json["macs"], 35);
+    // The first layer takes none: its weights are few eighths.
+    assert_eq!(json["macs"], 14);
     assert!(json["interval_cycles"].as_u64().expect("a number") <= 8);
     for key in [
         "latency_cycles",

@@ -128,6 +128,7 @@ pub fn fixture() -> (FloatNet, Options) {
         output_bits: Some(16),
         segments: None,
         device: None,
+        stream_bits: None,
     };
     (net, options)
 }

@@ -5,6 +5,7 @@
 
 mod fixture;
 mod places;
+mod short;
 #[path = "../support/mod.rs"]
 mod support;
 mod table;
@@ -18,7 +19,7 @@ use hwgen_spec::design::Design;
 
 use fixture::fixture;
 use support::{Check, assert_verified, axes, check, check_source, emit, in_parallel};
-use table::MUTANTS;
+use table::{MUTANTS, Mutant};
 
 /// Random frames of each check.
 const RANDOM: usize = 12;
@@ -97,8 +98,13 @@ fn the_bundle_without_an_edit_is_verified() {
 
 #[test]
 fn every_mutant_is_found() {
+    hunt(MUTANTS, bundle);
+}
+
+/// Checks a bundle with each of the faults, of which none may go unseen.
+fn hunt(mutants: &[Mutant], bundle: fn(&Path, &str) -> (PathBuf, Source)) {
     let directory = tempfile::tempdir().expect("a directory");
-    let outcomes = in_parallel(MUTANTS, |mutant| {
+    let outcomes = in_parallel(mutants, |mutant| {
         let place = mutant.name.replace(|c: char| !c.is_alphanumeric(), "_");
         let (bundle, source) = bundle(directory.path(), &place);
         edit(&bundle.join(mutant.file), mutant.find, mutant.replace);

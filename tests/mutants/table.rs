@@ -401,9 +401,16 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "whole frame survives a reset",
         file: "rtl/hwg_ingress.v",
-        find: "      full_q   <= 1'b0;\n    end else",
-        replace: "    end else",
-        signal: "mutant.u_ingress.full_q",
+        find: "      room_q   <= 1'b1;\n      move_q   <= 1'b1;",
+        replace: "      move_q   <= 1'b1;",
+        signal: "mutant.u_ingress.room_q",
+    },
+    Mutant {
+        name: "beats move whether there is room or not",
+        file: "rtl/hwg_ingress.v",
+        find: "<= ~valid_d2 | room_d;",
+        replace: "<= 1'b1;",
+        signal: "mutant.u_ingress.move_q",
     },
     Mutant {
         name: "a beat is sent whether there is room or not",
@@ -480,7 +487,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_admit.v",
         find: " & (credit_d != {CREDIT_WIDTH{1'b0}});",
         replace: ";",
-        signal: "mutant.u_mlp.start_q",
+        signal: "mutant.u_ingress.room_q",
     },
     Mutant {
         name: "credits not given back",
@@ -541,9 +548,30 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "vector called whole at its first beat",
         file: "rtl/hwg_gather.v",
-        find: "valid_i & last & ~rst_i",
-        replace: "valid_i & here[0] & ~rst_i",
+        find: "next_i & last_d & ~rst_i",
+        replace: "next_i & ~rst_i",
+        signal: "mutant.u_mlp.u_shared_l0_gather.complete_q",
+    },
+    Mutant {
+        name: "start of a vector survives a reset",
+        file: "rtl/hwg_gather.v",
+        find: "complete_q & ~rst_i;",
+        replace: "complete_q;",
         signal: "mutant.u_mlp.u_shared_l0_gather.g_copy[0].start_q",
+    },
+    Mutant {
+        name: "a beat told a clock too early",
+        file: "rtl/hwg_requant.v",
+        find: "next_o    = valid_q[STAGES-2];",
+        replace: "next_o    = valid_q[STAGES-3];",
+        signal: "mutant.u_mlp.u_shared_l0_gather.complete_q",
+    },
+    Mutant {
+        name: "word of a table survives a reset",
+        file: "rtl/mutant_a_l0.v",
+        find: "valid_q <= next_o & ~rst_i;",
+        replace: "valid_q <= next_o;",
+        signal: "mutant.u_mlp.u_a_l0.valid_q",
     },
     Mutant {
         name: "vector fills from the top",
