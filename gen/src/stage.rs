@@ -151,7 +151,7 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
             .collect(),
         x_format: design.input().format.to_string(),
         lane_bits: lane,
-        latency: schedule.latency - design.sink().beats() - design.source().beats() - 3,
+        latency: schedule.latency - design.sink().beats() - design.source().beats() - 4,
         interval: schedule.interval,
         credits: schedule.credits,
         fifo_depth: schedule.fifo_depth,

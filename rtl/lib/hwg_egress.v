@@ -4,7 +4,8 @@
 // Function:  word w leaves in beat w / BEAT_WORDS, lane w % BEAT_WORDS; lanes beyond the last word are
 //            zero. TLAST marks the last beat, TUSER = {error, saturated} holds for the whole frame.
 //            Room for a frame is told a clock ahead, so that frame_valid_i comes from a register.
-// Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks.
+// Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks, one more if
+//            not EAGER.
 // Reset:     drops the frame that is being sent.
 // Model:     hwgen: sim/src/model/stream.rs, Egress
 `default_nettype none
@@ -12,7 +13,8 @@
 module hwg_egress #(
   parameter integer WORDS      = 4,  // words of a frame, 1 or more
   parameter integer BEAT_WORDS = 1,  // words of a beat, 1 to WORDS
-  parameter integer LANE_WIDTH = 16  // bits of a word and its lane
+  parameter integer LANE_WIDTH = 16, // bits of a word and its lane
+  parameter integer EAGER      = 1   // 1: the last beat of a frame makes room when it goes on
 ) (
   input  wire                             clk_i,
   input  wire                             rst_i,
@@ -78,9 +80,10 @@ module hwg_egress #(
     .data_o      ({tlast_o, tuser_o, tdata_o})
   );
 
-  // The last beat makes room in the clock in which it goes on.
+  // Where frames come as fast as their beats leave, the last beat makes room in the clock in which it
+  // goes on; else when it is gone, which does not ask for tready_i.
   assign room_next_o = (left_d == {LEFT_WIDTH{1'b0}}) |
-                       ((left_d == ONE[LEFT_WIDTH-1:0]) & beat_ready_next);
+                       (EAGER != 0 & (left_d == ONE[LEFT_WIDTH-1:0]) & beat_ready_next);
 endmodule
 
 `default_nettype wire

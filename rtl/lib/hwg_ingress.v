@@ -5,7 +5,7 @@
 //            is clipped to low_i[w] .. high_i[w]. Missing words take the value low_i, words beyond
 //            the last are dropped; either raises error_o and leaves the next frame alone.
 // Format:    lanes are sign-extended words; words are signed and WIDTH bits wide.
-// Latency:   the frame is offered 3 clocks after its last beat was taken; a frame every BEATS clocks.
+// Latency:   the frame is offered 4 clocks after its last beat was taken; a frame every BEATS clocks.
 // Overflow:  clipped_o tells that a word was outside of its bounds.
 // Reset:     drops the frame that is being gathered.
 // Model:     hwgen: sim/src/model/stream.rs, Ingress
@@ -39,16 +39,20 @@ module hwg_ingress #(
   wire                             beat_last;
   wire [BEAT_WORDS*LANE_WIDTH-1:0] beat_data;
 
-  // The beat at the slice's head, with its bounds, and compared with them: _q, _q2. Bit b of
-  // enable_q2: it writes the words of beat b, its own, and if it is the first, all others' defaults.
+  // The beat at the slice's head, with its bounds, compared with them, within them: _q, _q2, _q3. Bit b
+  // of enable_q3: it writes the words of beat b, its own, and if it is the first, all others' defaults.
   reg [INDEX_WIDTH-1:0] index_q   = {INDEX_WIDTH{1'b0}};  // of the beat at the head; BEATS: too long
   reg [INDEX_WIDTH-1:0] beat_q    = {INDEX_WIDTH{1'b0}};
   reg [INDEX_WIDTH-1:0] beat_q2   = {INDEX_WIDTH{1'b0}};
-  reg [BEATS-1:0]       enable_q2 = {BEATS{1'b0}};
+  reg [BEATS-1:0]       enable_q3 = {BEATS{1'b0}};
   reg                   valid_q   = 1'b0;
   reg                   valid_q2  = 1'b0;
+  reg                   valid_q3  = 1'b0;
   reg                   last_q    = 1'b0;
   reg                   last_q2   = 1'b0;
+  reg                   last_q3   = 1'b0;
+  reg                   short_q3  = 1'b0;  // not the beat that should be the last
+  reg                   clip_q3   = 1'b0;  // a word of it was outside of the box
 
   // The frame.
   reg [WORDS*WIDTH-1:0] word_q    = {WORDS*WIDTH{1'b0}};
@@ -60,8 +64,8 @@ module hwg_ingress #(
   reg move_q = 1'b0;  // beats move on, for none waits for room
 
   wire take  = beat_valid & move_q;
-  wire put   = valid_q2 & room_q;
-  wire first = enable_q2[0];
+  wire put   = valid_q3 & room_q;
+  wire first = enable_q3[0];
 
   wire unused_ready_next;
   hwg_slice #(
@@ -78,15 +82,16 @@ module hwg_ingress #(
     .data_o      ({beat_last, beat_data})
   );
 
-  wire full_d   = (put & last_q2) | ~room_q;
+  wire full_d   = (put & last_q3) | ~room_q;
   wire room_d   = ~full_d | take_next_i;
-  wire valid_d2 = move_q ? valid_q : valid_q2;
+  wire valid_d3 = move_q ? valid_q2 : valid_q3;
 
   always @(posedge clk_i) begin
     if (rst_i) begin
       index_q  <= {INDEX_WIDTH{1'b0}};
       valid_q  <= 1'b0;
       valid_q2 <= 1'b0;
+      valid_q3 <= 1'b0;
       room_q   <= 1'b1;
       move_q   <= 1'b1;
     end else begin
@@ -94,10 +99,13 @@ module hwg_ingress #(
         if (beat_last)                              index_q <= {INDEX_WIDTH{1'b0}};
         else if (index_q != BEATS[INDEX_WIDTH-1:0]) index_q <= index_q + 1'b1;
       end
-      if (move_q) valid_q <= beat_valid;
-      valid_q2 <= valid_d2;
+      if (move_q) begin
+        valid_q  <= beat_valid;
+        valid_q2 <= valid_q;
+      end
+      valid_q3 <= valid_d3;
       room_q   <= room_d;
-      move_q   <= ~valid_d2 | room_d;
+      move_q   <= ~valid_d3 | room_d;
     end
   end
 
@@ -105,11 +113,14 @@ module hwg_ingress #(
   always @(posedge clk_i) begin
     if (move_q) begin
       for (b = 0; b < BEATS; b = b + 1)
-        enable_q2[b] <= (beat_q == b[INDEX_WIDTH-1:0]) | (beat_q == {INDEX_WIDTH{1'b0}});
-      beat_q  <= index_q;
-      beat_q2 <= beat_q;
-      last_q  <= beat_last;
-      last_q2 <= last_q;
+        enable_q3[b] <= (beat_q2 == b[INDEX_WIDTH-1:0]) | (beat_q2 == {INDEX_WIDTH{1'b0}});
+      beat_q   <= index_q;
+      beat_q2  <= beat_q;
+      last_q   <= beat_last;
+      last_q2  <= last_q;
+      last_q3  <= last_q2;
+      short_q3 <= beat_q2 != LAST[INDEX_WIDTH-1:0];
+      clip_q3  <= |outside;
     end
   end
 
@@ -146,6 +157,7 @@ module hwg_ingress #(
       reg                         used_q2  = 1'b0;
       reg                         below_q2 = 1'b0;
       reg                         above_q2 = 1'b0;
+      reg        [WIDTH-1:0]      word_q3  = {WIDTH{1'b0}};
       // verilator lint_off UNUSED
       // Differences of one bit more, of which the signs alone are read: the comparisons stand at the
       // ends of the carry chains.
@@ -165,21 +177,22 @@ module hwg_ingress #(
           used_q2  <= used_q;
           below_q2 <= under[LANE_WIDTH];
           above_q2 <= over[LANE_WIDTH];
+          word_q3  <= below_q2 ? low_q2 : above_q2 ? high_q2 : value_q2;
         end
       end
 
       assign outside[j] = used_q2 & (below_q2 | above_q2);
-      assign bounded[j*WIDTH +: WIDTH] = below_q2 ? low_q2 : above_q2 ? high_q2 : value_q2;
+      assign bounded[j*WIDTH +: WIDTH] = word_q3;
     end
   endgenerate
 
   integer k;
   always @(posedge clk_i) begin
     if (put) begin
-      clipped_q <= (clipped_q & ~first) | (|outside);
-      error_q   <= beat_q2 != LAST[INDEX_WIDTH-1:0];
+      clipped_q <= (clipped_q & ~first) | clip_q3;
+      error_q   <= short_q3;
       for (k = 0; k < WORDS; k = k + 1) begin
-        if (enable_q2[k/BEAT_WORDS])
+        if (enable_q3[k/BEAT_WORDS])
           word_q[k*WIDTH +: WIDTH] <= first & (k >= BEAT_WORDS) ? low_i[k*WIDTH +: WIDTH] :
                                       bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
       end

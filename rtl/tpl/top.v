@@ -96,7 +96,8 @@ module @{ module }@ (
   hwg_egress #(
     .WORDS     (@{ sink_words }@),
     .BEAT_WORDS(@{ sink_per_beat }@),
-    .LANE_WIDTH(@{ sink_lane }@)
+    .LANE_WIDTH(@{ sink_lane }@),
+    .EAGER     (@{ sink_eager }@)
   ) u_egress (
     .clk_i        (aclk),
     .rst_i        (egress_rst_q2),

@@ -105,7 +105,7 @@ impl Model {
             resets: [true; 2],
             ingress: Ingress::new(design.input(), source.words_per_beat, source.lane_bits),
             stage: StageModel::new(design.perceptron(), design.schedule(), design.device()),
-            egress: Egress::new(sink.words, sink.words_per_beat, sink.lane_bits),
+            egress: Egress::new(sink, design.sink_is_eager()),
         }
     }
 

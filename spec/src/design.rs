@@ -591,6 +591,12 @@ impl Design {
         &self.schedule
     }
 
+    /// Whether frames follow each other as fast as their beats leave, so that the last beat of one makes
+    /// room for the next in the clock in which it goes.
+    pub fn sink_is_eager(&self) -> bool {
+        self.sink.beats() >= self.schedule.interval
+    }
+
     /// Cycles between two frames in continuous flow.
     pub fn interval_cycles(&self) -> usize {
         self.schedule.interval

@@ -39,8 +39,8 @@ impl Schedule {
             .chain([source.beats(), sink.beats()])
             .max()
             .expect("there are streams");
-        // The last beat meets its bounds, is compared with them, completes the frame.
-        let start = source.beats() + 3;
+        // The last beat meets its bounds, is compared with them, is within them, completes the frame.
+        let start = source.beats() + 4;
         let mut beats: Option<Vec<usize>> = None;
         for layer in &stage.shared {
             beats = Some(output_times(layer, beats.as_deref(), start));

@@ -326,14 +326,14 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_ingress.v",
         find: "below_q2 ? low_q2 : ",
         replace: "",
-        signal: "mutant.u_ingress.word_q",
+        signal: "mutant.u_ingress.g_lane[1].word_q3",
     },
     Mutant {
         name: "input not clipped above",
         file: "rtl/hwg_ingress.v",
         find: "above_q2 ? high_q2 : value_q2",
         replace: "value_q2",
-        signal: "mutant.u_ingress.word_q",
+        signal: "mutant.u_ingress.g_lane[1].word_q3",
     },
     Mutant {
         name: "input compared without sign",
@@ -347,7 +347,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_ingress.v",
         find: "used_q2 & (below_q2 | above_q2)",
         replace: "below_q2 | above_q2",
-        signal: "mutant.u_ingress.clipped_q",
+        signal: "mutant.u_ingress.clip_q3",
     },
     Mutant {
         name: "missing words take those of the first beat",
@@ -366,23 +366,23 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "clipping seen in the last beat only",
         file: "rtl/hwg_ingress.v",
-        find: "(clipped_q & ~first) | (|outside)",
-        replace: "|outside",
+        find: "(clipped_q & ~first) | clip_q3",
+        replace: "clip_q3",
         signal: "mutant.u_ingress.clipped_q",
     },
     Mutant {
         name: "missing words keep the frame before",
         file: "rtl/hwg_ingress.v",
-        find: " | (beat_q == {INDEX_WIDTH{1'b0}});",
+        find: " | (beat_q2 == {INDEX_WIDTH{1'b0}});",
         replace: ";",
-        signal: "mutant.u_ingress.enable_q2",
+        signal: "mutant.u_ingress.enable_q3",
     },
     Mutant {
         name: "short frames raise no error",
         file: "rtl/hwg_ingress.v",
-        find: "error_q   <= beat_q2 != LAST[INDEX_WIDTH-1:0];",
-        replace: "error_q   <= beat_q2 == BEATS[INDEX_WIDTH-1:0];",
-        signal: "mutant.u_ingress.error_q",
+        find: "short_q3 <= beat_q2 != LAST[INDEX_WIDTH-1:0];",
+        replace: "short_q3 <= beat_q2 == BEATS[INDEX_WIDTH-1:0];",
+        signal: "mutant.u_ingress.short_q3",
     },
     Mutant {
         name: "long frames wrap",
@@ -408,7 +408,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "beats move whether there is room or not",
         file: "rtl/hwg_ingress.v",
-        find: "<= ~valid_d2 | room_d;",
+        find: "<= ~valid_d3 | room_d;",
         replace: "<= 1'b1;",
         signal: "mutant.u_ingress.move_q",
     },
@@ -485,7 +485,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "credits not looked at",
         file: "rtl/hwg_admit.v",
-        find: " & (credit_d != {CREDIT_WIDTH{1'b0}});",
+        find: " &\n                        (release_i | (start_i ? more_q : some_q));",
         replace: ";",
         signal: "mutant.u_ingress.room_q",
     },
@@ -527,8 +527,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "frame overwritten under back-pressure",
         file: "rtl/hwg_egress.v",
-        find: "((left_d == ONE[LEFT_WIDTH-1:0]) & beat_ready_next)",
-        replace: "(left_d == ONE[LEFT_WIDTH-1:0])",
+        find: "(left_d == ONE[LEFT_WIDTH-1:0]) & beat_ready_next)",
+        replace: "(left_d == ONE[LEFT_WIDTH-1:0]))",
         signal: "mutant.u_mlp.leave_q",
     },
     Mutant {
@@ -557,7 +557,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_gather.v",
         find: "complete_q & ~rst_i;",
         replace: "complete_q;",
-        signal: "mutant.u_mlp.u_shared_l0_gather.g_copy[0].start_q",
+        signal: "mutant.u_mlp.u_b_l1_gather.g_copy[0].start_q",
     },
     Mutant {
         name: "a beat told a clock too early",

@@ -1,5 +1,6 @@
 //! The cells at the ends of a stage: register slice, queue, ingress, admission, egress.
 
+use hwgen_spec::design::Port;
 use hwgen_spec::quantize::InputFormat;
 
 use super::probe::{Probe, address_bits, counter_bits, within};
@@ -174,6 +175,8 @@ pub(super) struct Ingress {
     bound: Beat,
     /// The beat that was compared with them.
     compared: Beat,
+    /// The beat whose words are within them.
+    within: Within,
     /// Whether there was an edge: at power-up nothing moves.
     awake: bool,
     /// Whether beats ever moved on: until then no beat enables any words.
@@ -182,6 +185,18 @@ pub(super) struct Ingress {
     full: bool,
     clipped: bool,
     error: bool,
+}
+
+/// A beat ready for the frame.
+#[derive(Clone, Debug)]
+struct Within {
+    valid: bool,
+    last: bool,
+    number: usize,
+    /// Not the beat that should be the last.
+    short: bool,
+    clipped: bool,
+    words: Vec<i64>,
 }
 
 /// A beat on its way into a frame.
@@ -238,6 +253,14 @@ impl Ingress {
             index: 0,
             bound: Beat::new(beat_words),
             compared: Beat::new(beat_words),
+            within: Within {
+                valid: false,
+                last: false,
+                number: 0,
+                short: false,
+                clipped: false,
+                words: vec![0; beat_words],
+            },
             awake: false,
             moved: false,
             words: vec![0; words],
@@ -283,8 +306,8 @@ impl Ingress {
         let moves = self.moves(frame_ready);
         self.awake = true;
         let takes = self.slice.valid() && moves;
-        let puts = self.compared.valid && room;
-        self.full = !reset && (puts && self.compared.last || self.full && !frame_ready);
+        let puts = self.within.valid && room;
+        self.full = !reset && (puts && self.within.last || self.full && !frame_ready);
         if puts {
             self.put();
         }
@@ -303,6 +326,7 @@ impl Ingress {
             self.index = 0;
             self.bound.valid = false;
             self.compared.valid = false;
+            self.within.valid = false;
         }
         let beat_words = self.beat_words;
         self.slice.step(reset, valid, moves, |slot| {
@@ -320,20 +344,34 @@ impl Ingress {
     /// `move_q`
     #[inline]
     fn moves(&self, frame_ready: bool) -> bool {
-        self.awake && (!self.compared.valid || self.room(frame_ready))
+        self.awake && (!self.within.valid || self.room(frame_ready))
     }
 
-    /// The beat that was compared goes into the frame.
+    /// The beat that is within its bounds goes into the frame.
     fn put(&mut self) {
-        let beat = &self.compared;
+        let beat = &self.within;
         let first = beat.number == 0;
         if first {
             self.words.copy_from_slice(&self.input.low);
         }
         let base = beat.number * self.beat_words;
-        let mut outside = false;
-        for (lane, word) in beat.lanes.iter().zip(self.words.iter_mut().skip(base)) {
-            outside |= lane.used && (lane.below() || lane.above());
+        for (own, word) in self.words.iter_mut().skip(base).zip(&beat.words) {
+            *own = *word;
+        }
+        self.clipped = (self.clipped && !first) || beat.clipped;
+        self.error = beat.short;
+    }
+
+    /// All beats move on by a stage.
+    fn advance(&mut self) {
+        let (within, compared) = (&mut self.within, &self.compared);
+        within.valid = compared.valid;
+        within.last = compared.last;
+        within.number = compared.number;
+        within.short = compared.number != self.beats - 1;
+        within.clipped = false;
+        for (word, lane) in within.words.iter_mut().zip(&compared.lanes) {
+            within.clipped |= lane.used && (lane.below() || lane.above());
             *word = if lane.below() {
                 lane.low
             } else if lane.above() {
@@ -342,12 +380,6 @@ impl Ingress {
                 lane.value
             };
         }
-        self.clipped = (self.clipped && !first) || outside;
-        self.error = beat.number != self.beats - 1;
-    }
-
-    /// All beats move on by a stage.
-    fn advance(&mut self) {
         self.moved = true;
         std::mem::swap(&mut self.bound, &mut self.compared);
         let head = self.slice.head();
@@ -374,17 +406,21 @@ impl Ingress {
         probe.bit("room_q", self.room(frame_ready));
         probe.bit("move_q", self.moves(frame_ready));
         let (bits, width) = (counter_bits(self.beats), self.input.format.width());
-        let (bound, compared) = (&self.bound, &self.compared);
+        let (bound, compared, inside) = (&self.bound, &self.compared, &self.within);
         probe.count("index_q", bits, self.index);
         probe.count("beat_q", bits, bound.number);
         probe.count("beat_q2", bits, compared.number);
-        let enables = |beat| self.moved && (compared.number == 0 || compared.number == beat);
+        let enables = |beat| self.moved && (inside.number == 0 || inside.number == beat);
         let enables: Vec<_> = (0..self.beats).map(|b| i64::from(enables(b))).collect();
-        probe.words("enable_q2", 1, &enables);
+        probe.words("enable_q3", 1, &enables);
         probe.bit("valid_q", bound.valid);
         probe.bit("valid_q2", compared.valid);
         probe.bit("last_q", bound.last);
         probe.bit("last_q2", compared.last);
+        probe.bit("valid_q3", inside.valid);
+        probe.bit("last_q3", inside.last);
+        probe.bit("short_q3", inside.short);
+        probe.bit("clip_q3", inside.clipped);
         for (j, (first, second)) in bound.lanes.iter().zip(&compared.lanes).enumerate() {
             within(probe, format_args!("g_lane[{j}]"), |probe| {
                 probe.word("value_q", self.lane_bits, first.value);
@@ -398,6 +434,8 @@ impl Ingress {
                 probe.bit("used_q2", second.used);
                 probe.bit("below_q2", second.below());
                 probe.bit("above_q2", second.above());
+                let word = inside.words[j];
+                probe.word("word_q3", width, word << above >> above);
             });
         }
         probe.words("word_q", width, &self.words);
@@ -414,6 +452,8 @@ pub(super) struct Admit {
     gap: usize,
     credit: usize,
     ready: bool,
+    /// Whether there was an edge: at power-up every register is zero.
+    awake: bool,
 }
 
 impl Admit {
@@ -424,6 +464,7 @@ impl Admit {
             gap: 0,
             credit: 0,
             ready: false,
+            awake: false,
         }
     }
 
@@ -434,6 +475,7 @@ impl Admit {
 
     #[inline]
     pub(super) fn step(&mut self, reset: bool, start: bool, release: bool) {
+        self.awake = true;
         if reset {
             (self.gap, self.credit, self.ready) = (0, self.credits, false);
             return;
@@ -450,12 +492,17 @@ impl Admit {
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.count("gap_q", counter_bits(self.interval), self.gap);
         probe.count("credit_q", counter_bits(self.credits), self.credit);
+        probe.bit("ends_q", self.awake && self.gap <= 1);
+        probe.bit("some_q", self.credit > 0);
+        probe.bit("more_q", self.credit > 1);
     }
 }
 
 /// `hwg_egress`.
 #[derive(Clone, Debug)]
 pub(super) struct Egress {
+    /// Whether the last beat makes room for the next frame when it goes on.
+    eager: bool,
     lane_bits: u32,
     beat_words: usize,
     beats: usize,
@@ -466,11 +513,12 @@ pub(super) struct Egress {
 }
 
 impl Egress {
-    pub(super) fn new(words: usize, beat_words: usize, lane_bits: u32) -> Self {
-        let beats = words.div_ceil(beat_words);
+    pub(super) fn new(sink: &Port, eager: bool) -> Self {
+        let (beats, beat_words, lane_bits) = (sink.beats(), sink.words_per_beat, sink.lane_bits);
         let mut widths = vec![lane_bits; beat_words];
         widths.extend([2, 1]);
         Self {
+            eager,
             lane_bits,
             beat_words,
             beats,
@@ -484,7 +532,7 @@ impl Egress {
     /// Whether a frame would be taken in this clock.
     #[inline]
     pub(super) fn ready(&self) -> bool {
-        self.left == 0 || (self.left == 1 && self.slice.ready())
+        self.left == 0 || (self.eager && self.left == 1 && self.slice.ready())
     }
 
     /// The beat at the port, if there is one: data, user, last.

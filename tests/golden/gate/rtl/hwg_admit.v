@@ -26,6 +26,11 @@ module hwg_admit #(
   reg [GAP_WIDTH-1:0]    gap_q    = {GAP_WIDTH{1'b0}};            // clocks still to wait
   reg [CREDIT_WIDTH-1:0] credit_q = {CREDIT_WIDTH{1'b0}};
 
+  // What the next decision asks of them, a clock ahead.
+  reg ends_q = 1'b0;  // the gap is over after this edge, unless a frame starts
+  reg some_q = 1'b0;  // a credit is left
+  reg more_q = 1'b0;  // more than one
+
   wire [GAP_WIDTH-1:0] gap_d = start_i                    ? GAP[GAP_WIDTH-1:0] :
                                gap_q != {GAP_WIDTH{1'b0}} ? gap_q - 1'b1 : gap_q;
   wire [CREDIT_WIDTH-1:0] credit_d = start_i & ~release_i ? credit_q - 1'b1 :
@@ -35,13 +40,20 @@ module hwg_admit #(
     if (rst_i) begin
       gap_q    <= {GAP_WIDTH{1'b0}};
       credit_q <= CREDITS[CREDIT_WIDTH-1:0];
+      ends_q   <= 1'b1;
+      some_q   <= 1'b1;
+      more_q   <= CREDITS > 1;
     end else begin
       gap_q    <= gap_d;
       credit_q <= credit_d;
+      ends_q   <= (gap_d >> 1) == {GAP_WIDTH{1'b0}};
+      some_q   <= credit_d != {CREDIT_WIDTH{1'b0}};
+      more_q   <= (credit_d >> 1) != {CREDIT_WIDTH{1'b0}};
     end
   end
 
-  assign ready_next_o = ~rst_i & (gap_d == {GAP_WIDTH{1'b0}}) & (credit_d != {CREDIT_WIDTH{1'b0}});
+  assign ready_next_o = ~rst_i & (start_i ? GAP == 0 : ends_q) &
+                        (release_i | (start_i ? more_q : some_q));
 endmodule
 
 `default_nettype wire

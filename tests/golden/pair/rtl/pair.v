@@ -9,7 +9,7 @@
 //            A word is an integer; divided by 2^n it is the value in its unit (format Qm.n).
 //            m_axis_tuser[0]: an input was outside of its bounds, or a word inside was clipped;
 //            m_axis_tuser[1]: the input frame was too short or too long.
-// Latency:   122 clocks from the edge that takes the first input beat to the edge that hands over
+// Latency:   123 clocks from the edge that takes the first input beat to the edge that hands over
 //            the last output beat; a frame every 14 clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
 // Reset:     aresetn, synchronous, active low, for 3 clocks or more; frames under way are dropped.
@@ -104,7 +104,8 @@ module pair (
   hwg_egress #(
     .WORDS     (4),
     .BEAT_WORDS(1),
-    .LANE_WIDTH(32)
+    .LANE_WIDTH(32),
+    .EAGER     (0)
   ) u_egress (
     .clk_i        (aclk),
     .rst_i        (egress_rst_q2),
