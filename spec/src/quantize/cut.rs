@@ -21,7 +21,7 @@ pub(super) struct Reader<'a> {
 /// The magnitude beyond which a hidden word drives every neuron behind it into saturation.
 ///
 /// Interval analysis over a box of independent inputs is far too wide for a layer that decorrelates
-/// its inputs (whitening): the landing networks' words are proved within 586 and stay within 14.
+/// its inputs: the landing networks' words are proved within 340 and stay within 5.3.
 /// Where only tanh and sigmoid read a word, bits above this magnitude would carry nothing.
 /// `clips` gives the argument at which the table of a reading layer is clipped, and the one at which
 /// its activation is nearly at its limit.
