@@ -31,10 +31,7 @@ module hwg_admit #(
   reg some_q = 1'b0;  // a credit is left
   reg more_q = 1'b0;  // more than one
 
-  wire [GAP_WIDTH-1:0] gap_d = start_i                    ? GAP[GAP_WIDTH-1:0] :
-                               gap_q != {GAP_WIDTH{1'b0}} ? gap_q - 1'b1 : gap_q;
-  wire [CREDIT_WIDTH-1:0] credit_d = start_i & ~release_i ? credit_q - 1'b1 :
-                                     release_i & ~start_i ? credit_q + 1'b1 : credit_q;
+  wire some_d = release_i | (start_i ? more_q : some_q);
 
   always @(posedge clk_i) begin
     if (rst_i) begin
@@ -44,16 +41,21 @@ module hwg_admit #(
       some_q   <= 1'b1;
       more_q   <= CREDITS > 1;
     end else begin
-      gap_q    <= gap_d;
-      credit_q <= credit_d;
-      ends_q   <= (gap_d >> 1) == {GAP_WIDTH{1'b0}};
-      some_q   <= credit_d != {CREDIT_WIDTH{1'b0}};
-      more_q   <= (credit_d >> 1) != {CREDIT_WIDTH{1'b0}};
+      if (start_i)                         gap_q <= GAP[GAP_WIDTH-1:0];
+      else if (gap_q != {GAP_WIDTH{1'b0}}) gap_q <= gap_q - 1'b1;
+      ends_q <= start_i ? GAP <= 1 : {{(32-GAP_WIDTH){1'b0}}, gap_q} <= 2;
+      some_q <= some_d;
+      if (start_i & ~release_i) begin
+        credit_q <= credit_q - 1'b1;
+        more_q   <= {{(32-CREDIT_WIDTH){1'b0}}, credit_q} > 2;
+      end else if (release_i & ~start_i) begin
+        credit_q <= credit_q + 1'b1;
+        more_q   <= some_q;
+      end
     end
   end
 
-  assign ready_next_o = ~rst_i & (start_i ? GAP == 0 : ends_q) &
-                        (release_i | (start_i ? more_q : some_q));
+  assign ready_next_o = ~rst_i & (start_i ? GAP == 0 : ends_q) & some_d;
 endmodule
 
 `default_nettype wire

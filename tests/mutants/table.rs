@@ -485,15 +485,15 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "credits not looked at",
         file: "rtl/hwg_admit.v",
-        find: " &\n                        (release_i | (start_i ? more_q : some_q));",
-        replace: ";",
+        find: " : ends_q) & some_d;",
+        replace: " : ends_q);",
         signal: "mutant.u_ingress.room_q",
     },
     Mutant {
         name: "credits not given back",
         file: "rtl/hwg_admit.v",
-        find: "release_i & ~start_i ? credit_q + 1'b1 :",
-        replace: "1'b0 ? credit_q + 1'b1 :",
+        find: "credit_q <= credit_q + 1'b1;",
+        replace: "credit_q <= credit_q;",
         signal: "mutant.u_mlp.u_admit.credit_q",
     },
     Mutant {
