@@ -1,4 +1,5 @@
-//! Multipliers in the blocks of a family, simulated, against the portable one and against other models.
+//! Cells of a family, simulated, against the portable ones and against other models: multipliers in
+//! blocks, pairs of bits in carry chains.
 //!
 //! A bench offers all operands of four bits, and corners and random ones of wider words, to two
 //! multipliers at once and compares their products in every clock.
@@ -17,6 +18,12 @@ const ECP5: [&str; 2] = [
 const ICE40: [&str; 2] = [
     include_str!("../rtl/devices/ice40/hwg_mul.v"),
     include_str!("../rtl/devices/ice40/SB_MAC16.v"),
+];
+
+const PORTABLE_PAIR: &str = include_str!("../rtl/lib/hwg_pair.v");
+const ECP5_PAIR: [&str; 2] = [
+    include_str!("../rtl/devices/ecp5/hwg_pair.v"),
+    include_str!("../rtl/devices/ecp5/CCU2C.v"),
 ];
 
 /// `{other}` and `hwg_mul`, of the same operands.
@@ -127,18 +134,92 @@ fn an_unsigned_block_or_a_clock_less_is_seen() {
     }
 }
 
+/// What a script of Yosys writes to `theirs.v`.
+fn written_by_yosys(script: &str, directory: &Path) -> String {
+    let toolbox = Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let output = Command::new(toolbox.find(&YOSYS).expect("installed").path)
+        .args(["-q", "-p", script])
+        .current_dir(directory)
+        .output()
+        .expect("it runs");
+    assert!(output.status.success(), "{output:?}");
+    fs::read_to_string(directory.join("theirs.v")).expect("written")
+}
+
+/// All words and both bits of `hwg_pair` against the portable one of name `portable`.
+fn pairs_against_portable(own: &[&str], width: u32) -> [u64; 3] {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut sources: Vec<String> = own.iter().map(|text| (*text).to_owned()).collect();
+    sources.push(renamed(PORTABLE_PAIR, "hwg_pair", "portable"));
+    sources.push(format!(
+        "module bench;
+  localparam W = {width};
+  reg [W+1:0] draw;
+  wire [W+1:0] p, q;
+  hwg_pair #(.WIDTH(W)) u_p (.a_i(draw[W-1:0]), .b_i(draw[W+1:W]), .p_o(p));
+  portable #(.WIDTH(W)) u_q (.a_i(draw[W-1:0]), .b_i(draw[W+1:W]), .p_o(q));
+  integer i, equal = 0, unequal = 0, right = 0;
+  initial begin
+    for (i = 0; i < 1 << (W + 2); i = i + 1) begin
+      draw = i;
+      #1;
+      if (p === q) equal = equal + 1; else unequal = unequal + 1;
+      if (q === draw[W-1:0] * draw[W+1:W]) right = right + 1;
+    end
+    $display(\"equal %0d unequal %0d right %0d\", equal, unequal, right);
+  end
+endmodule
+"
+    ));
+    compare(&sources, directory.path())
+}
+
+#[test]
+fn a_carry_chain_multiplies_by_two_bits() {
+    for width in [1, 4, 9, 10] {
+        let all = 1 << (width + 2);
+        assert_eq!(
+            pairs_against_portable(&ECP5_PAIR, width),
+            [all, 0, all],
+            "{width}"
+        );
+    }
+    let wrong = ECP5_PAIR[0].replace(".INIT1    (16'h7888)", ".INIT1    (16'h7880)");
+    assert!(wrong != ECP5_PAIR[0]);
+    let [_, unequal, _] = pairs_against_portable(&[&wrong, ECP5_PAIR[1]], 9);
+    assert!(unequal > 100);
+}
+
+/// The model of the carry chain is ours; Yosys has one of its own.
+#[test]
+fn our_model_of_the_carry_chain_is_equal_to_that_of_yosys() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let script = "read_verilog +/ecp5/cells_sim.v; chparam -set INIT0 16'h7888 \
+        -set INIT1 16'h7888 -set INJECT1_0 \"NO\" -set INJECT1_1 \"NO\" CCU2C; \
+        hierarchy -top CCU2C; rename CCU2C YOSYS_CCU2C; proc; flatten; opt_clean; write_verilog -noattr theirs.v";
+    let theirs = written_by_yosys(script, directory.path());
+    assert!(theirs.contains("module YOSYS_CCU2C(") && !theirs.contains("parameter"));
+    let (before, rest) = ECP5_PAIR[0].split_once("CCU2C #(").expect("an instance");
+    let (_, after) = rest.split_once(") u_cell").expect("its parameters");
+    let body = format!("{before}YOSYS_CCU2C u_cell{after}");
+    assert_eq!(
+        pairs_against_portable(&[&body, &theirs], 9),
+        [2048, 0, 2048]
+    );
+}
+
 /// The model of the block is ours; Yosys has one of its own, which takes its parameters here.
 #[test]
 fn our_model_of_the_ice40_block_is_equal_to_that_of_yosys() {
     let (before, rest) = ICE40[0].split_once("SB_MAC16 #(").expect("an instance");
     let (parameters, after) = rest.split_once(") u_block").expect("its parameters");
-    // `.A_REG (1'b1),` becomes `-set A_REG 1'b1`.
+    // `.A_REG (1'b1),` becomes `-chparam A_REG 1'b1`.
     let settings: Vec<String> = parameters
         .split(',')
         .map(|setting| {
             let (name, value) = setting.trim().split_once('(').expect("a setting");
             let value = value.trim_end().trim_end_matches(')');
-            format!("-set {} {value}", name.trim().trim_start_matches('.'))
+            format!("-chparam {} {value}", name.trim().trim_start_matches('.'))
         })
         .collect();
     let body = renamed(
@@ -147,21 +228,13 @@ fn our_model_of_the_ice40_block_is_equal_to_that_of_yosys() {
         "theirs",
     );
 
-    let toolbox = Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR")));
-    let yosys = toolbox.find(&YOSYS).expect("installed").path;
     let directory = tempfile::tempdir().expect("a directory");
     let script = format!(
-        "read_verilog +/ice40/cells_sim.v; chparam {} SB_MAC16; rename SB_MAC16 YOSYS_MAC16; \
-         cd YOSYS_MAC16; proc; write_verilog -noattr -selected theirs.v",
+        "read_verilog -defer +/ice40/cells_sim.v; hierarchy {} -top SB_MAC16; \
+         rename -top YOSYS_MAC16; proc; write_verilog -noattr theirs.v",
         settings.join(" ")
     );
-    let output = Command::new(yosys)
-        .args(["-q", "-p", &script])
-        .current_dir(directory.path())
-        .output()
-        .expect("it runs");
-    assert!(output.status.success(), "{output:?}");
-    let theirs = fs::read_to_string(directory.path().join("theirs.v")).expect("written");
+    let theirs = written_by_yosys(&script, directory.path());
     assert!(theirs.contains("module YOSYS_MAC16(") && !theirs.contains("parameter"));
     let mut sources: Vec<String> = ICE40.iter().map(|text| (*text).to_owned()).collect();
     sources.extend([body, theirs, bench(16, 16, 2000, "theirs")]);
