@@ -40,11 +40,12 @@ module hwg_gather #(
   wire [BEATS-1:0] taken;
   wire [BEATS-1:0] more = ~(~taken << 1);  // one beat more
   wire [BEATS-1:0] here = more & ~taken;   // where the next beat goes
-  wire             last = more[BEATS-1];
+  wire             last_d;                 // the beat after this edge, if one comes, is the last
 
   generate
     if (BEATS > 1) begin : g_taken
-      reg [BEATS-2:0] taken_q = {(BEATS-1){1'b0}};
+      reg  [BEATS-2:0] taken_q = {(BEATS-1){1'b0}};
+      wire             last    = more[BEATS-1];
       always @(posedge clk_i) begin
         if (rst_i)        taken_q <= {(BEATS-1){1'b0}};
         else if (valid_i) taken_q <= last ? {(BEATS-1){1'b0}} : more[BEATS-2:0];
@@ -59,8 +60,7 @@ module hwg_gather #(
 
   // What the copies take is known a clock ahead and comes from a register, with its load of copies
   // alone.
-  reg  complete_q = 1'b0;  // the last beat is here
-  wire last_d;             // the beat after this edge, if one comes, is the last
+  reg complete_q = 1'b0;  // the last beat is here
   always @(posedge clk_i) complete_q <= next_i & last_d & ~rst_i;
 
   // Copies that drive a part of the readers' words each: `keep` keeps them.

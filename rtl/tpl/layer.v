@@ -273,7 +273,7 @@ module @{ module }@ (
         .clk_i     (clk_i),
         .z_i       (z[i*@{ pre_width }@ +: @{ pre_width }@]),
         .segment_o (segment),
-        .line_i    (line),
+        .offset_i  (line[@{ slope_width }@ +: @{ table_fraction + 2 }@]),
         .distance_o(distance),
         .product_i (product),
         .y_o       (words_o[i*@{ y_width }@ +: @{ y_width }@])

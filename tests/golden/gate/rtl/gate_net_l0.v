@@ -165,7 +165,7 @@ module gate_net_l0 (
         .clk_i     (clk_i),
         .z_i       (z[i*14 +: 14]),
         .segment_o (segment),
-        .line_i    (line),
+        .offset_i  (line[8 +: 13]),
         .distance_o(distance),
         .product_i (product),
         .y_o       (words_o[i*13 +: 13])

@@ -8,8 +8,9 @@
 // Format:    z_i is signed, in [-max, max]; t has FRACTION fraction bits. The offset has 2 guard bits
 //            and contains half an output step, so that the shift rounds to nearest; that of segment 0
 //            is below an output step, so that zero leads to zero.
-// Latency:   7 clocks, one word a clock. line_i = {offset, slope} follows segment_o by 1 clock,
-//            product_i = slope * distance_o both by 3: stage 1 magnitude, 2 segment ROM, 3 to 5 multiplier, 6 sum, 7 result.
+// Latency:   7 clocks, one word a clock. offset_i and the slope follow segment_o by 1 clock,
+//            product_i = slope * distance_o both by 3: stage 1 magnitude, 2 segment ROM,
+//            3 to 5 multiplier, 6 sum, 7 result.
 // Overflow:  impossible: the table's values stay below 2^FRACTION (checked for every code).
 // Reset:     none.
 // Model:     hwgen: sim/src/model/finish.rs, Pwl
@@ -26,7 +27,7 @@ module hwg_pwl #(
   input  wire                                                clk_i,
   input  wire [MAGNITUDE_WIDTH:0]                            z_i,
   output wire [SEGMENT_WIDTH-1:0]                            segment_o,
-  input  wire [FRACTION+2+SLOPE_BITS:0]                      line_i,
+  input  wire [FRACTION+1:0]                                 offset_i,
   output wire [MAGNITUDE_WIDTH-SEGMENT_WIDTH-1:0]            distance_o,
   input  wire [MAGNITUDE_WIDTH-SEGMENT_WIDTH+SLOPE_BITS+2:0] product_i,
   output wire [WIDTH-1:0]                                    y_o
@@ -49,7 +50,6 @@ module hwg_pwl #(
 
   wire                       negative = z_i[MAGNITUDE_WIDTH];
   wire [MAGNITUDE_WIDTH-1:0] low_bits = z_i[MAGNITUDE_WIDTH-1:0];
-  wire [OFFSET_WIDTH-1:0]    offset   = line_i[SLOPE_WIDTH +: OFFSET_WIDTH];
 
   // verilator lint_off UNUSED
   // The product is below 2^SUM_WIDTH, as the sum is: bits above are zero.
@@ -71,7 +71,7 @@ module hwg_pwl #(
   always @(posedge clk_i) begin
     magnitude_q <= negative ? -low_bits : low_bits;
     distance_q  <= magnitude_q[DISTANCE_WIDTH-1:0];
-    offset_q    <= {offset_q[0 +: 2*OFFSET_WIDTH], offset};
+    offset_q    <= {offset_q[0 +: 2*OFFSET_WIDTH], offset_i};
     negative_q  <= {negative_q[4:0], negative};
     sum_q       <= base + rise[SUM_WIDTH-1:0];
     y_q         <= negative_q[5] ? one - t : one + t;

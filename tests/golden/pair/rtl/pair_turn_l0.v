@@ -233,7 +233,7 @@ module pair_turn_l0 (
         .clk_i     (clk_i),
         .z_i       (z[i*17 +: 17]),
         .segment_o (segment),
-        .line_i    (line),
+        .offset_i  (line[9 +: 15]),
         .distance_o(distance),
         .product_i (product),
         .y_o       (words_o[i*14 +: 14])
