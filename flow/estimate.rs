@@ -82,7 +82,8 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
         .collect()
 }
 
-/// Bits of a register of sums that are zero whatever comes: no weight has a digit there.
+/// Bits of a register of sums that synthesis drops: no weight has a digit there, or nothing of them
+/// reaches a word.
 fn constant_bits(design: &Design, path: &str, lanes: usize) -> u64 {
     let Some((layer, register)) = path
         .strip_prefix("u_mlp.u_")
@@ -90,19 +91,29 @@ fn constant_bits(design: &Design, path: &str, lanes: usize) -> u64 {
     else {
         return 0;
     };
-    let name = register.rsplit('.').next().unwrap_or_default();
-    if !["sum_q", "biased_q", "word_q"].contains(&name)
-        || !(register.starts_with("u_requant.sum_q")
-            || register.ends_with("biased_q")
-            || register.starts_with("u_drain"))
-    {
+    let mut layers = design.perceptron().layers();
+    let Some(layer) = layers.find(|l| l.quant.name == layer) else {
         return 0;
-    }
-    let found = design.perceptron().layers().find(|l| l.quant.name == layer);
-    let zeros = found
-        .filter(|l| l.adders().is_some())
-        .map_or(0, |l| l.quant.trailing_zeros());
-    u64::from(zeros) * lanes as u64
+    };
+    let dropped = dropped_bits(layer);
+    let bits = match register.rsplit('.').next().unwrap_or_default() {
+        "biased_q" | "shifted_q" => dropped,
+        "sum_q" if register.starts_with("u_requant.") => sum_bits(layer, dropped),
+        "word_q" if register.starts_with("u_drain.") => sum_bits(layer, dropped),
+        _ => 0,
+    };
+    u64::from(bits) * lanes as u64
+}
+
+/// Lowest bits of a biased sum that come to nothing.
+fn dropped_bits(layer: &Layer) -> u32 {
+    let zeros = layer.adders().map_or(0, |_| layer.quant.trailing_zeros());
+    layer.quant.dropped_bits().max(zeros)
+}
+
+/// The same of a sum, which is moved up before the bias is added.
+fn sum_bits(layer: &Layer, dropped: u32) -> u32 {
+    dropped.saturating_sub(layer.quant.product_shift)
 }
 
 /// The layers whose multipliers no block holds: those of the array, and of the activation (true).
@@ -214,15 +225,15 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         .collect::<Vec<Vec<i64>>>();
     let bias = rom(device, &bias, biased);
 
+    let zeros = dropped_bits(layer);
     // Sum of bias, shift of the neuron, comparison and saturation.
-    let shift = bits(extra_shift_width(quant)) * bits(biased) * 9 / 10;
-    let zeros = layer.adders().map_or(0, |_| quant.trailing_zeros());
+    let shift = bits(extra_shift_width(quant)) * bits(biased - zeros) * 9 / 10;
     let requant = lanes * (adder(bits(biased - zeros)) + shift + 2 * bits(quant.pre.width()));
     let replay = match layer.feed {
         Feed::Replay if layer.accumulates() => x * quant.inputs() as u64,
         _ => 0,
     };
-    let drain = (pe - lanes) * (sum - bits(zeros));
+    let drain = (pe - lanes) * (sum - bits(sum_bits(layer, zeros)));
     let mut pieces = vec![
         ("u_pe0", array),
         ("u_w0", weights),
