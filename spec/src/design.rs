@@ -465,7 +465,13 @@ impl Design {
         if let Some(bits) = options.stream_bits.filter(wide) {
             return Err(DesignError::StreamBits(bits));
         }
-        let quant = quantize(net, options)?;
+        let mut quant = quantize(net, options)?;
+        if device.no_adders {
+            let own = quant.networks.iter_mut().flat_map(|n| &mut n.layers);
+            for layer in quant.shared.iter_mut().chain(own) {
+                layer.adders = None;
+            }
+        }
         let (shared, allowed) = match options.budget {
             Budget::Interval(0) => {
                 return Err(DesignError::Budget {

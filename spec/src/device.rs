@@ -42,6 +42,8 @@ pub struct Device {
     pub multiplier_bits: Option<u32>,
     /// Whether a multiplier shows what its inner registers hold.
     pub multiplier_shows_operands: bool,
+    /// Whether cells are too few for adders in the place of multipliers.
+    pub no_adders: bool,
     /// Bits of a beat of a stream, at least: a wide one makes the latency shorter.
     pub stream_bits: u32,
     /// Whether the narrow multipliers of activations may be made of logic, so that arrays have all
@@ -266,6 +268,8 @@ struct FamilyFile {
     multiplier_shows_operands: bool,
     block_ram_bits: Option<u32>,
     #[serde(default)]
+    no_adders: bool,
+    #[serde(default)]
     stream_bits: u32,
     #[serde(default)]
     activation_in_logic: bool,
@@ -341,6 +345,7 @@ pub fn all() -> &'static [Device] {
                     multiplier_bits: family.multiplier_bits,
                     multiplier_shows_operands: family.multiplier_shows_operands,
                     activation_in_logic: family.activation_in_logic,
+                    no_adders: family.no_adders,
                     stream_bits: family.stream_bits,
                     block_rams: entry.block_rams,
                     block_ram_bits: family.block_ram_bits,
