@@ -34,7 +34,7 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
     for register in Model::new(design).registers() {
         let name = register.path.rsplit('.').next().unwrap_or_default();
         let bits: u64 = register.lanes.iter().map(|bits| u64::from(*bits)).sum();
-        let bits = bits - constant_bits(design, &register.path, register.lanes.len());
+        let bits = bits.saturating_sub(constant_bits(design, &register.path, register.lanes.len()));
         if register.path.contains("u_mul.") && name != "r_q" && in_block(&register.path) {
             continue;
         }
@@ -108,7 +108,8 @@ fn constant_bits(design: &Design, path: &str, lanes: usize) -> u64 {
 /// Lowest bits of a biased sum that come to nothing.
 fn dropped_bits(layer: &Layer) -> u32 {
     let zeros = layer.adders().map_or(0, |_| layer.quant.trailing_zeros());
-    layer.quant.dropped_bits().max(zeros)
+    let most = layer.quant.biased_width - layer.quant.pre.width();
+    layer.quant.dropped_bits().max(zeros).min(most)
 }
 
 /// The same of a sum, which is moved up before the bias is added.
@@ -233,7 +234,7 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         Feed::Replay if layer.accumulates() => x * quant.inputs() as u64,
         _ => 0,
     };
-    let drain = (pe - lanes) * (sum - bits(sum_bits(layer, zeros)));
+    let drain = (pe - lanes) * sum.saturating_sub(bits(sum_bits(layer, zeros)));
     let mut pieces = vec![
         ("u_pe0", array),
         ("u_w0", weights),

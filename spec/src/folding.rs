@@ -227,7 +227,7 @@ pub fn interval_for(
     }
     let multiplied = layers().filter(|layer| layer.adders.is_none());
     let all: usize = multiplied.map(macs).sum();
-    let bound = narrow(all.div_ceil(wanted.max(1))).min(slowest);
+    let bound = narrow(all.div_ceil(wanted.max(1))).clamp(1, slowest);
     let tried = bound..=bound.saturating_add(TRIED).min(slowest);
     let mut low = *tried.end();
     if let Some(found) = tried.into_iter().find(|interval| used(*interval) <= wanted) {
@@ -357,6 +357,17 @@ mod tests {
             let now = used(interval);
             assert!(now <= before, "{interval}: {now} after {before}");
             before = now;
+        }
+    }
+
+    #[test]
+    fn adders_alone_fit_any_number_of_multipliers() {
+        let text = br#"{"format": "hwgen-weights/1", "name": "sums",
+            "inputs": {"min": [-1, -1], "max": [1, 1]}, "networks": [{"name": "net", "layers": [
+            {"activation": "linear", "weights": [[1, 0.5], [0.25, -1]]}]}]}"#;
+        let net = quantize(&weights::read(text).unwrap(), &Options::default()).unwrap();
+        for multipliers in [1, 28] {
+            assert_eq!(interval_for(&net, multipliers, Layer::multipliers), Ok(1));
         }
     }
 

@@ -16,8 +16,11 @@ module hwg_pair #(
 );
   localparam integer CELLS = (WIDTH + 3) / 2;  // two bits each
 
+  // verilator lint_off UNUSED
+  // The product has no carry, and an even number of bits is summed.
   wire [CELLS:0]     carry;
   wire [2*CELLS-1:0] sum;
+  // verilator lint_on UNUSED
   wire [2*CELLS:0]   a = {{(2*CELLS-WIDTH){1'b0}}, a_i, 1'b0};  // bit k + 1 is bit k of a_i
   assign carry[0] = 1'b0;
 
@@ -40,10 +43,6 @@ module hwg_pair #(
     end
   endgenerate
 
-  // verilator lint_off UNUSED
-  // The product has no carry.
-  wire unused_carry = carry[CELLS];
-  // verilator lint_on UNUSED
   assign p_o = sum[WIDTH+1:0];
 endmodule
 
