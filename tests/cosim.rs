@@ -54,6 +54,8 @@ const AXES: &[(&str, usize)] = &[
     ("SIMD does not divide the inputs", 15),
     ("shifts per neuron", 15),
     ("product shifts", 15),
+    ("the device's multipliers", 4),
+    ("some multipliers", 3),
     ("interval 1", 3),
     ("a word a beat", 15),
     ("several words a beat", 15),
@@ -67,7 +69,7 @@ const AXES: &[(&str, usize)] = &[
     ("multipliers left to synthesis", 15),
     ("multipliers that show their result alone", 15),
     ("no copies of operands", 15),
-    ("registered tables of a ROM", 2),
+    ("registered tables of a ROM", 1),
 ];
 
 #[test]

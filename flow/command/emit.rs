@@ -158,7 +158,10 @@ pub(crate) fn describe(design: &Design, bundle: &Bundle) -> String {
             quant.name,
             format!("{} x {}", quant.inputs(), quant.outputs()),
             quant.activation.name(),
-            format!("{} x {}", layer.fold.pe, layer.fold.simd),
+            match layer.adders() {
+                Some(sums) => counted(sums.adders.len(), "adder"),
+                None => format!("{} x {}", layer.fold.pe, layer.fold.simd),
+            },
             layer.folds(),
             quant.input,
             quant.weight_format,

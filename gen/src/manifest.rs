@@ -130,6 +130,9 @@ pub struct LayerEntry {
     pub pe: usize,
     /// Inputs a clock and neuron.
     pub simd: usize,
+    /// Adders that form its sums in the place of an array, which would have a multiplier for each of its
+    /// parallel neurons and inputs; none if it has an array.
+    pub adders: Option<usize>,
     /// Words of a beat that it puts out.
     pub lanes: usize,
     /// Clocks of a frame in its array.
@@ -275,6 +278,7 @@ fn layer_entry(layer: &Layer) -> LayerEntry {
         outputs: quant.outputs(),
         pe: layer.fold.pe,
         simd: layer.fold.simd,
+        adders: layer.adders().map(|sums| sums.adders.len()),
         lanes: layer.lanes,
         clocks: layer.folds(),
         x: quant.input.to_string(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// hwg_mul_logic: unsigned multiplier of adders, where a block is too good for narrow operands.
+// hwg_mul_logic: unsigned multiplier of adders, for narrow operands whose blocks others need.
 //
 // Function:  p_o = a_i * b_i, exact: a times two bits of b, four bits of b, all of them.
 // Latency:   3 clocks, one product a clock, as hwg_mul.

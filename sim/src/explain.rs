@@ -149,6 +149,15 @@ impl Place<'_> {
             }
             _ => {}
         }
+        // Adders take the words as they are, times integers: the binary point stays where it was.
+        if let Some(word) = path.strip_prefix("u_adders.") {
+            let input = word
+                .strip_prefix('x')
+                .and_then(|rest| rest.split_once("_q"));
+            meaning.input = input.and_then(|(number, _)| number.parse().ok());
+            meaning.fraction = Some(x);
+            return;
+        }
         // Clocks behind the address: those of the copies and of the ROM, then a clock a register.
         let data = self.layer.operand_latency() + 1;
         if let Some((pe, "data_q")) = numbered("u_w") {

@@ -275,7 +275,8 @@ impl Adders {
     pub fn of_short(weights: &[Vec<i64>], bits: u32) -> Option<Self> {
         let digits = count_digits(weights);
         let read = weights.iter().flatten().filter(|w| **w != 0).count();
-        (2 * digits <= 3 * read && digits <= MOST_DIGITS).then(|| Self::of(weights, bits))
+        (read > 0 && 2 * digits <= 3 * read && digits <= MOST_DIGITS)
+            .then(|| Self::of(weights, bits))
     }
 
     /// Adders for `weights`, `[out][in]`, of words of so many bits.

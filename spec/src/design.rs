@@ -416,7 +416,7 @@ pub struct Design {
     schedule: Schedule,
 }
 
-/// The part of a device's look-up tables that a shorter latency may take.
+/// A shorter latency may take one register bit for so many look-up tables of the device.
 const PART_FOR_LATENCY: u32 = 16;
 
 /// The least interval that so many multipliers allow, and what shared layers may take of it.

@@ -248,8 +248,8 @@ pub fn interval_for(
 /// The fewest cycles that shared layers can take with so many multipliers and an interval of all.
 ///
 /// A frame waits for one shared layer after the other, so that multipliers which the interval
-/// leaves over make the latency shorter there, and so does logic, of which `spare` look-up tables and
-/// flip-flops may be taken for it.
+/// leaves over make the latency shorter there, and so do `spare` register bits more, as `register_bits` counts
+/// them. Where none of these foldings has so few multipliers, the one of the fewest register bits.
 pub fn shared_interval_for(
     net: &QuantNet,
     multipliers: u32,
@@ -258,16 +258,15 @@ pub fn shared_interval_for(
     spare: usize,
 ) -> u32 {
     let plan = |shared: u32| fold(net, to_usize(shared), to_usize(interval));
-    let costs = |plan: &Perceptron| plan.layers().map(cost).sum::<usize>();
-    let most = costs(&plan(interval)).saturating_add(spare);
+    let bits = |plan: &Perceptron| plan.layers().map(register_bits).sum::<usize>();
+    let most = bits(&plan(interval)).saturating_add(spare);
     let fitting = || {
-        (1..=interval).filter(|shared| {
-            let used: usize = plan(*shared).layers().map(count).sum();
-            used <= to_usize(multipliers)
-        })
+        let plans = (1..=interval).map(|shared| (shared, plan(shared)));
+        plans.filter(|(_, plan)| plan.layers().map(count).sum::<usize>() <= to_usize(multipliers))
     };
-    let cheap = fitting().find(|shared| costs(&plan(*shared)) <= most);
-    cheap.or_else(|| fitting().next()).unwrap_or(interval)
+    let cheap = fitting().find(|(_, plan)| bits(plan) <= most);
+    let found = cheap.or_else(|| fitting().min_by_key(|(_, plan)| bits(plan)));
+    found.map_or(interval, |(shared, _)| shared)
 }
 
 /// Multipliers of a folding.
@@ -303,6 +302,11 @@ fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, patience: usize) -> 
 
 /// Register bits, a multiplier counted as [`MULTIPLIER_COST`] of them.
 fn cost(layer: &Layer) -> usize {
+    layer.all_multipliers() * MULTIPLIER_COST + register_bits(layer)
+}
+
+/// Register bits beside those of the array's multipliers and trees.
+fn register_bits(layer: &Layer) -> usize {
     let word = to_usize(layer.quant.input.width());
     let sum = to_usize(layer.quant.sum_width);
     let sum = match layer.feed {
@@ -329,7 +333,7 @@ fn cost(layer: &Layer) -> usize {
         0
     };
     let behind = layer.lanes * 4 * sum;
-    layer.all_multipliers() * MULTIPLIER_COST + operands + accumulators + drain + behind
+    operands + accumulators + drain + behind
 }
 
 #[cfg(test)]

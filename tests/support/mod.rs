@@ -13,7 +13,7 @@ use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan, verify};
 use hwgen_spec::design::{Design, Feed};
 use hwgen_spec::network::FloatNet;
-use hwgen_spec::options::Options;
+use hwgen_spec::options::{Budget, Options};
 
 /// How a bundle is checked.
 pub struct Check<'a> {
@@ -88,6 +88,9 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
         device.hides_operands(),
     );
     mark("several networks", plan.networks.len() > 1);
+    let budget = design.options().budget;
+    mark("the device's multipliers", budget == Budget::Device);
+    mark("some multipliers", matches!(budget, Budget::Multipliers(_)));
     mark("interval 1", design.interval_cycles() == 1);
     for port in [design.source(), design.sink()] {
         let per_beat = port.words_per_beat;

@@ -1,5 +1,6 @@
 //! Designs drawn from a seed.
 
+use hwgen_spec::design::Design;
 use hwgen_spec::format::{QFormat, Rounding};
 use hwgen_spec::network::{
     Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
@@ -32,6 +33,20 @@ pub fn random_design(seed: u64) -> (FloatNet, Options) {
     }
     options.stream_bits = [None, Some(64), Some(8)][rng.random_range(0..3)];
     drop_idle(&net, &mut options);
+    // A number of multipliers, the device's among them, where they are enough for the design.
+    if rng.random_ratio(1, 2) {
+        let some = Budget::Multipliers(rng.random_range(1..60));
+        let other = Options {
+            budget: match options.device {
+                Some(_) if rng.random_bool(0.7) => Budget::Device,
+                _ => some,
+            },
+            ..options.clone()
+        };
+        if Design::new(&net, &other).is_ok() {
+            options = other;
+        }
+    }
     (net, options)
 }
 

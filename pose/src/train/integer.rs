@@ -11,6 +11,12 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 /// Lovász' condition, near its limit of 1: the dimensions are few.
 const DELTA: f64 = 0.999;
 
+/// Steps of the reduction at most; the canonical scene takes some hundreds.
+const MOST_STEPS: usize = 100_000;
+
+/// The greatest integer of a reduced basis that is of use.
+const GREATEST: f64 = 1024.0;
+
 /// Bits of precision, on the mean over the words, that shorter sums may cost.
 const LOSS_BITS: f64 = 0.75;
 
@@ -57,7 +63,9 @@ impl IntegerFront {
             integers: DMatrix::identity(pixels.nrows(), pixels.nrows()),
             vectors: pixels.clone(),
         };
-        rows.reduce();
+        if !rows.reduce() {
+            return None;
+        }
         rows.shorten();
         let mut order: Vec<usize> = (0..rows.len()).collect();
         order.sort_by(|i, j| rows.deviation(*j).total_cmp(&rows.deviation(*i)));
@@ -129,9 +137,14 @@ impl Rows {
         (parts, DVector::from_iterator(k + 1, squares))
     }
 
-    fn reduce(&mut self) {
+    /// Whether it came to an end, and to small integers: pixels that are nearly the same sum need greater
+    /// ones than the arithmetic holds.
+    fn reduce(&mut self) -> bool {
         let mut k = 1;
-        while k < self.len() {
+        for _ in 0..MOST_STEPS {
+            if k >= self.len() {
+                return self.integers.amax() <= GREATEST;
+            }
             for j in (0..k).rev() {
                 let times = self.orthogonal(k).0[j].round();
                 if times != 0.0 {
@@ -147,6 +160,7 @@ impl Rows {
                 k = (k - 1).max(1);
             }
         }
+        false
     }
 
     /// Adds rows to rows where that leaves fewer adders: of all such steps that which costs the least
@@ -237,7 +251,16 @@ mod tests {
     }
 
     #[test]
+    fn what_no_small_integers_tell_apart_stays_as_it_is() {
+        let nearly = DMatrix::from_row_slice(2, 2, &[1.0, -1e12, 0.0, 1e-3 * libm::sqrt(2.0)]);
+        assert_eq!(IntegerFront::of(&nearly), None);
+        let nothing = DMatrix::from_row_slice(2, 2, &[f64::NAN, 1.0, 0.0, 1.0]);
+        assert_eq!(IntegerFront::of(&nothing), None);
+    }
+
+    #[test]
     fn a_whitening_without_some_axes_stays_as_it_is() {
         assert_eq!(IntegerFront::of(&DMatrix::from_element(2, 2, 1.0)), None);
+        assert_eq!(IntegerFront::of(&DMatrix::from_element(1, 2, 1.0)), None);
     }
 }

@@ -153,36 +153,65 @@ fn signed(code: i64, bits: u32) -> i64 {
     hwgen_spec::format::from_bits(to_bits(code, bits), bits)
 }
 
-/// Whether a register or port holds a count or flags: a number without a sign.
+/// Whether a register or port holds a count, flags or a part of an unsigned product: a number without
+/// a sign.
 fn is_control(path: &str) -> bool {
-    const CONTROL: [&str; 25] = [
+    const CONTROL: [&str; 51] = [
+        "above_q2",
         "address_q",
+        "address_q2",
         "beat_q",
+        "beat_q2",
+        "below_q2",
         "busy_q",
+        "clip_q3",
         "clipped_q",
+        "complete_q",
         "count_q",
         "credit_q",
         "done_q",
+        "done_q2",
+        "enable_q",
+        "enable_q3",
+        "ends_q",
         "error_q",
         "extra_q",
+        "first_q",
         "flag_q",
-        "full_q",
+        "flag_q2",
         "gap_q",
         "index_q",
+        "last_q",
+        "last_q2",
+        "last_q3",
+        "leave_q",
         "left_q",
+        "more_q",
+        "move_q",
         "negative_q",
+        "next_q",
         "pipe_q",
         "ready_q",
+        "room_q",
+        "short_q3",
+        "some_q",
         "start_q",
         "step_q",
+        "taken_q",
+        "used_q",
+        "used_q2",
         "user_q",
         "valid_q",
+        "valid_q2",
+        "valid_q3",
         "s_axis_tready",
         "m_axis_tvalid",
         "m_axis_tuser",
         "m_axis_tlast",
     ];
     CONTROL.contains(&path.rsplit('.').next().unwrap_or(path))
+        || path.contains("u_mul.g_pair[")
+        || path.contains("u_mul.g_quad[")
 }
 
 fn show(value: &RtlValue, code: impl Fn(i64) -> i64) -> String {

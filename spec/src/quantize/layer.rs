@@ -17,7 +17,7 @@ use crate::options::{
 };
 
 /// Bits of a bias below the argument's last one, where the trainer fixed no format: finer ones would
-/// move no word by more than a thirty-second of a step, and take ROMs, adders and registers.
+/// move no argument by more than a thirty-second of a step, and take ROMs, adders and registers.
 const BIAS_GUARD_BITS: u32 = 4;
 
 /// The greatest magnitude of an unbounded word over its typical one.
