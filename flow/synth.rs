@@ -16,10 +16,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use hwgen_gen::{Source, sha256, shell, yosys_commands};
+use hwgen_gen::{Source, sha256, shell};
 use hwgen_sim::error::ToolError;
 use hwgen_sim::tool::{
-    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, Tool, Toolbox, YOSYS,
+    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, NEXTPNR_NEXUS, Tool, Toolbox, YOSYS,
 };
 use hwgen_spec::device::{Device, Place, PlaceTool, Sites};
 use serde::Serialize;
@@ -36,8 +36,8 @@ pub struct Plan<'a> {
     pub source: &'a Source,
     /// The device.
     pub device: &'a Device,
-    /// How it is placed.
-    pub place: &'a Place,
+    /// How it is placed, if open tools can.
+    pub place: Option<&'a Place>,
     /// The clock that nextpnr strives for.
     ///
     /// # Units
@@ -68,7 +68,8 @@ pub struct Synthesis {
     pub parts: Vec<Part>,
     /// What they take together.
     pub netlist: Sites,
-    /// The placements, in the order of the seeds; none if the netlist is larger than the device.
+    /// The placements, in the order of the seeds; none if the netlist is larger than the device, or no
+    /// open tool places on it.
     pub routes: Vec<Route>,
     /// The netlist with all places of the first seed, where it was to be kept.
     pub placed: Option<PathBuf>,
@@ -149,6 +150,17 @@ pub fn shortages(netlist: Sites, device: &Device) -> Vec<(&'static str, u64, u64
         .collect()
 }
 
+/// The program that places and routes.
+#[derive(Debug)]
+struct Placer<'a> {
+    nextpnr: FoundTool,
+    place: &'a Place,
+    /// The file of pins, the options that name it, and what is in it; pins that are not may be anywhere.
+    pins_file: &'static str,
+    pin_options: &'static [&'static str],
+    pins: String,
+}
+
 impl Plan<'_> {
     /// Runs the tools, as far as their results are not there already.
     ///
@@ -156,32 +168,28 @@ impl Plan<'_> {
     /// If a tool is missing, fails, takes too long or writes what cannot be read.
     pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Synthesis, SynthError> {
         let yosys = self.toolbox.find(&YOSYS)?;
-        let (nextpnr, pins_file, pin_options) = placer(self.place.tool);
-        let nextpnr = self.toolbox.find(nextpnr)?;
-        let total = 1 + self.seeds.len();
+        let placer = self.place.map(|place| self.placer(place)).transpose()?;
+        let total = 1 + placer.as_ref().map_or(0, |_| self.seeds.len());
         let shell = shell(&self.source.design, &self.source.manifest.digest);
         let script = self.script();
-        let pins = self.pins();
-        let directory = self.cache.join(
-            &self.key(&[
-                &yosys.version.to_string(),
-                &nextpnr.version.to_string(),
-                &shell.text,
-                &script,
-                &pins,
-                &self.place.arguments.join(" "),
-                &self.place.multiplier_rows.concat().join(" "),
-                floorplan::RULE,
-            ])[..16],
-        );
-        self.lay_out(
-            &directory,
-            &[
-                ("shell.v", &shell.text),
-                ("synth.ys", &script),
-                (pins_file, &pins),
-            ],
-        )?;
+        let mut key = vec![
+            yosys.version.to_string(),
+            shell.text.clone(),
+            script.clone(),
+        ];
+        let mut files = vec![("shell.v", shell.text.as_str()), ("synth.ys", &script)];
+        if let Some(placer) = &placer {
+            key.extend([
+                placer.nextpnr.version.to_string(),
+                placer.pins.clone(),
+                placer.place.arguments.join(" "),
+                placer.place.multiplier_rows.concat().join(" "),
+                floorplan::RULE.to_owned(),
+            ]);
+            files.push((placer.pins_file, &placer.pins));
+        }
+        let directory = self.cache.join(&self.key(&key)[..16]);
+        self.lay_out(&directory, &files)?;
         progress(Progress {
             activity: format!("Yosys {}", yosys.version),
             done: 0,
@@ -191,14 +199,17 @@ impl Plan<'_> {
         if !netlist_path.exists() {
             self.synthesize(&yosys, &directory)?;
         }
-        let parts = netlist::parts(&netlist_path, &self.place.cells)?;
+        let parts = netlist::parts(&netlist_path, &self.device.synthesis.cells)?;
+        let tools = [&yosys]
+            .into_iter()
+            .chain(placer.as_ref().map(|p| &p.nextpnr));
         let mut synthesis = Synthesis {
-            tools: [&yosys, &nextpnr]
+            tools: tools
                 .map(|tool| ToolVersion {
                     name: tool.name.clone(),
                     version: tool.version.to_string(),
                 })
-                .to_vec(),
+                .collect(),
             directory: directory.clone(),
             netlist: parts
                 .iter()
@@ -207,9 +218,9 @@ impl Plan<'_> {
             routes: Vec::new(),
             placed: None,
         };
-        if synthesis.fits(self.device) {
-            synthesis.routes = self.place_all(&nextpnr, &pin_options, &directory, progress)?;
-            if self.place.sites.ff.is_none() {
+        if let Some(placer) = placer.filter(|_| synthesis.fits(self.device)) {
+            synthesis.routes = self.place_all(&placer, &directory, progress)?;
+            if placer.place.sites.ff.is_none() {
                 for route in &mut synthesis.routes {
                     route.cells.ff = synthesis.netlist.ff;
                     route.available.ff = route.available.lut4;
@@ -222,9 +233,9 @@ impl Plan<'_> {
     }
 
     /// Digest of all that the result depends on.
-    fn key(&self, texts: &[&str]) -> String {
+    fn key(&self, texts: &[String]) -> String {
         let files = self.verilog().map(|file| file.sha256.as_str());
-        let all: Vec<&str> = files.chain(texts.iter().copied()).collect();
+        let all: Vec<&str> = files.chain(texts.iter().map(String::as_str)).collect();
         sha256(&all.join("\n"))
     }
 
@@ -236,29 +247,64 @@ impl Plan<'_> {
     /// What Yosys is to do; paths are those in the directory of results.
     fn script(&self) -> String {
         let mut script = String::new();
-        let (cells, synth) = yosys_commands(self.device.family);
-        if !cells.is_empty() {
-            script.push_str(&format!("read_verilog -lib {cells}\n"));
+        let synthesis = &self.device.synthesis;
+        if let Some(library) = &synthesis.library {
+            script.push_str(&format!("read_verilog -lib {library}\n"));
         }
         for file in self.verilog() {
             script.push_str(&format!("read_verilog {}\n", file.path));
         }
         let top = format!("{}_shell", self.source.design.name());
         script.push_str(&format!(
-            "read_verilog shell.v\n{synth} -top {top} -json netlist.part.json\nstat\n"
+            "read_verilog shell.v\n{} -top {top}\nwrite_json netlist.part.json\nstat\n",
+            synthesis.command
         ));
         script
     }
 
-    /// The clock's pin; the other two may be anywhere.
-    fn pins(&self) -> String {
-        let pin = &self.place.clock_pin;
-        match self.place.tool {
-            PlaceTool::Ecp5 => format!(
-                "LOCATE COMP \"clk_i\" SITE \"{pin}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"
+    /// The program that places and routes, with what it is told of pins.
+    fn placer<'a>(&self, place: &'a Place) -> Result<Placer<'a>, SynthError> {
+        let pin = &place.clock_pin;
+        let (tool, pins_file, pin_options, pins): (&'static Tool, _, &'static [_], _) = match place
+            .tool
+        {
+            PlaceTool::Ecp5 => (
+                &NEXTPNR_ECP5,
+                "pins.lpf",
+                &["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
+                format!(
+                    "LOCATE COMP \"clk_i\" SITE \"{pin}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"
+                ),
             ),
-            PlaceTool::Ice40 => format!("set_io clk_i {pin}\n"),
-        }
+            PlaceTool::Ice40 => (
+                &NEXTPNR_ICE40,
+                "pins.pcf",
+                &["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
+                format!("set_io clk_i {pin}\n"),
+            ),
+            PlaceTool::Nexus => (
+                &NEXTPNR_NEXUS,
+                "pins.pdc",
+                &["--pdc", "pins.pdc"],
+                ["clk_i", "bit_i", "bit_o"]
+                    .iter()
+                    .zip([pin].into_iter().chain(&place.other_pins))
+                    .map(|(port, pin)| {
+                        format!(
+                            "ldc_set_location -site {{{pin}}} [get_ports {port}]\n\
+                             ldc_set_port -iobuf {{IO_TYPE=LVCMOS33}} [get_ports {port}]\n"
+                        )
+                    })
+                    .collect(),
+            ),
+        };
+        Ok(Placer {
+            nextpnr: self.toolbox.find(tool)?,
+            place,
+            pins_file,
+            pin_options,
+            pins,
+        })
     }
 
     /// Puts what the tools read into the directory.
@@ -291,15 +337,14 @@ impl Plan<'_> {
         if !part.exists() {
             return Err(run.no_verdict(&yosys.name, "a netlist").into());
         }
-        floorplan::lay_out(&part, self.source.design.perceptron(), self.place)?;
+        floorplan::lay_out(&part, self.source.design.perceptron(), self.device)?;
         fs::rename(&part, directory.join("netlist.json")).map_err(io(&part))
     }
 
     /// Places and routes with every seed, some at once.
     fn place_all(
         &self,
-        nextpnr: &FoundTool,
-        pin_options: &[&str],
+        placer: &Placer<'_>,
         directory: &Path,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Vec<Route>, SynthError> {
@@ -312,11 +357,11 @@ impl Plan<'_> {
                     break;
                 };
                 progress(Progress {
-                    activity: format!("nextpnr {}, seed {seed}", nextpnr.version),
+                    activity: format!("nextpnr {}, seed {seed}", placer.nextpnr.version),
                     done: 1 + done.load(Ordering::SeqCst),
                     total: 1 + self.seeds.len(),
                 });
-                let route = self.place_one(nextpnr, pin_options, directory, *seed);
+                let route = self.place_one(placer, directory, *seed);
                 if route.is_err() {
                     // Nothing more is begun.
                     next.store(self.seeds.len(), Ordering::SeqCst);
@@ -346,11 +391,11 @@ impl Plan<'_> {
 
     fn place_one(
         &self,
-        nextpnr: &FoundTool,
-        pin_options: &[&str],
+        placer: &Placer<'_>,
         directory: &Path,
         seed: u64,
     ) -> Result<Route, SynthError> {
+        let (nextpnr, place) = (&placer.nextpnr, placer.place);
         let label = self.label(seed);
         let report = directory.join(format!("{label}.json"));
         let placed = directory.join(self.placed(seed));
@@ -358,8 +403,8 @@ impl Plan<'_> {
         if !report.exists() || keeps && !placed.exists() {
             let part = format!("{label}.part.json");
             let placed_part = format!("{label}.placed.part.json");
-            let mut arguments = self.place.arguments.clone();
-            arguments.extend(pin_options.iter().map(|&option| option.to_owned()));
+            let mut arguments = place.arguments.clone();
+            arguments.extend(placer.pin_options.iter().map(|&option| option.to_owned()));
             let own = [
                 "--json",
                 "netlist.json",
@@ -389,7 +434,7 @@ impl Plan<'_> {
             .map_err(|error| match &error {
                 ToolError::Failed { log, .. } => fs::read_to_string(log)
                     .ok()
-                    .and_then(|text| no_room(&text, self.place))
+                    .and_then(|text| no_room(&text, place))
                     .unwrap_or(SynthError::Tool(error)),
                 _ => SynthError::Tool(error),
             })?;
@@ -405,23 +450,7 @@ impl Plan<'_> {
             }
             fs::rename(&part, &report).map_err(io(&part))?;
         }
-        Route::read(&report, seed, self.place)
-    }
-}
-
-/// The tool, its file of pins, and the options for that; pins that are not in it may be anywhere.
-fn placer(tool: PlaceTool) -> (&'static Tool, &'static str, [&'static str; 3]) {
-    match tool {
-        PlaceTool::Ecp5 => (
-            &NEXTPNR_ECP5,
-            "pins.lpf",
-            ["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
-        ),
-        PlaceTool::Ice40 => (
-            &NEXTPNR_ICE40,
-            "pins.pcf",
-            ["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
-        ),
+        Route::read(&report, seed, place)
     }
 }
 

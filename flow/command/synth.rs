@@ -8,7 +8,7 @@ use clap::builder::RangedU64ValueParser;
 use hwgen_gen::Source;
 use hwgen_sim::tool::Toolbox;
 use hwgen_spec::design::Design;
-use hwgen_spec::device::{self, Device, Family, Place};
+use hwgen_spec::device::{self, Device};
 use hwgen_spec::options::{Budget, Options};
 use serde_json::{Map, json};
 
@@ -84,7 +84,11 @@ fn clock(text: &str) -> Result<f64, String> {
 /// If the bundle or the device is refused, or a tool gives no result.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let source = Source::read(&args.bundle)?;
-    let (device, place) = device_of(args, &source)?;
+    let device = device_of(args, &source)?;
+    let place = device.place.as_ref();
+    if let (None, Some(option)) = (place, placing_option(args)) {
+        return Err(unplaced(device, option));
+    }
     let parent = match args.bundle.canonicalize() {
         Ok(real) => real.parent().map_or_else(|| real.clone(), Path::to_owned),
         Err(error) => return Err(Failure::io(&args.bundle, &error)),
@@ -109,7 +113,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         source: &source,
         device,
         place,
-        sought_mhz: args.freq.unwrap_or(place.sought_mhz),
+        sought_mhz: args
+            .freq
+            .or(place.map(|place| place.sought_mhz))
+            .unwrap_or_default(),
         seeds: &seeds,
         toolbox: &toolbox,
         cache: &parent.join(".cache").join("synth"),
@@ -124,7 +131,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     })?;
     drop(line);
     let mut drawn = None;
-    if let (Some((mut file, path)), Some(placed)) = (picture.take(), &synthesis.placed) {
+    if let (Some((mut file, path)), Some(placed), Some(place)) =
+        (picture.take(), &synthesis.placed, place)
+    {
         let design = &source.design;
         let cells = placed::read(placed, place)?;
         let title = format!("{} on {}", design.name(), device.name);
@@ -137,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
     let failure = judge(args, &source, device, &synthesis, speed.as_ref());
-    let mut json = facts(&source.design, device, place, &synthesis, speed.as_ref());
+    let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
     let mut remarks = Vec::new();
     match (&args.floorplan, &drawn) {
@@ -146,7 +155,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         (None, None) => {}
     }
     Ok(Outcome {
-        text: text::text(&source.design, device, place, &synthesis, speed.as_ref()),
+        text: text::text(&source.design, device, &synthesis, speed.as_ref()),
         json,
         remarks,
         failure,
@@ -154,14 +163,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
 }
 
 /// The device that is asked for, or the bundle's.
-fn device_of(args: &Args, source: &Source) -> Result<(&'static Device, &'static Place), Failure> {
+fn device_of(args: &Args, source: &Source) -> Result<&'static Device, Failure> {
     let own = source.design.device();
     let device = match &args.device {
         Some(name) => device::find(name)
             .map_err(|error| Failure::input("device", format!("--{error}")).help(error.help()))?,
         None => own,
     };
-    if own.family != Family::Generic && own.family != device.family {
+    if own.name != device::GENERIC && own.family != device.family {
         let message = format!(
             "--device: one of the family of {}, which the bundle is made for, expected, {} found",
             own.name, device.name
@@ -169,18 +178,39 @@ fn device_of(args: &Args, source: &Source) -> Result<(&'static Device, &'static 
         return Err(Failure::input("device", message)
             .help(format!("emit it with --device {}", device.name)));
     }
-    match &device.place {
-        Some(place) => Ok((device, place)),
-        None => {
-            let known = device::all().iter().filter(|device| device.place.is_some());
-            let known: Vec<&str> = known.map(|device| device.name.as_str()).collect();
-            let message = format!(
-                "--device: one that open tools place and route on expected, `{}` found",
-                device.name
-            );
-            Err(Failure::input("device", message).help(format!("one of {}", known.join(", "))))
-        }
+    if device.name == device::GENERIC {
+        let known = device::all().iter().filter(|d| d.name != device::GENERIC);
+        let known: Vec<&str> = known.map(|device| device.name.as_str()).collect();
+        let message = format!("--device: a real one expected, `{}` found", device.name);
+        return Err(Failure::input("device", message).help(format!("one of {}", known.join(", "))));
     }
+    Ok(device)
+}
+
+/// An option that asks for a placement, if one is given.
+fn placing_option(args: &Args) -> Option<&'static str> {
+    let options = [
+        ("--freq", args.freq.is_some()),
+        ("--seeds", args.seeds != 1),
+        ("--floorplan", args.floorplan.is_some()),
+    ];
+    options
+        .iter()
+        .find(|(_, given)| *given)
+        .map(|(name, _)| *name)
+}
+
+fn unplaced(device: &Device, option: &str) -> Failure {
+    let placed = device::all().iter().filter(|device| device.place.is_some());
+    let placed: Vec<&str> = placed.map(|device| device.name.as_str()).collect();
+    let message = format!(
+        "{option}: a device that open tools place and route on expected, `{}` found",
+        device.name
+    );
+    Failure::input("device", message).help(format!(
+        "leave it out, for Yosys alone, or take one of {}",
+        placed.join(", ")
+    ))
 }
 
 /// What the placements come to.
@@ -266,7 +296,6 @@ fn smaller(source: &Source, device: &Device) -> String {
 fn facts(
     design: &Design,
     device: &Device,
-    place: &Place,
     synthesis: &Synthesis,
     speed: Option<&Speed>,
 ) -> Map<String, serde_json::Value> {
@@ -296,7 +325,7 @@ fn facts(
         "interval_cycles": design.interval_cycles(),
         "latency_ns": speed.map(|speed| speed.latency_ns),
         "inferences_per_second": speed.map(|speed| speed.per_second),
-        "share_of_limit": speed.map(|speed| text::share_of_limit(design, device, place, speed)),
+        "share_of_limit": speed.and_then(|speed| text::share_of_limit(design, device, speed)),
         "critical_paths": routes.iter().map(|r| &r.critical_path).collect::<Vec<_>>(),
         "bitstream": null,
         "directory": synthesis.directory.display().to_string(),

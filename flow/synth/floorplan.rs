@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use hwgen_spec::design::{Layer, NetworkPlan, Perceptron};
-use hwgen_spec::device::Place;
+use hwgen_spec::device::Device;
 use serde_json::Value;
 
 use super::{SynthError, io};
@@ -21,8 +21,10 @@ pub const RULE: &str = "multipliers in the order of the data, 1";
 ///
 /// # Errors
 /// If the file cannot be read as a netlist, or written.
-pub fn lay_out(path: &Path, stage: &Perceptron, place: &Place) -> Result<(), SynthError> {
-    if place.multiplier_rows.is_empty() {
+pub fn lay_out(path: &Path, stage: &Perceptron, device: &Device) -> Result<(), SynthError> {
+    let rows = device.place.iter().flat_map(|place| &place.multiplier_rows);
+    let rows: Vec<&[String]> = rows.map(Vec::as_slice).collect();
+    if rows.is_empty() {
         return Ok(());
     }
     let text = fs::read(path).map_err(io(path))?;
@@ -36,8 +38,9 @@ pub fn lay_out(path: &Path, stage: &Perceptron, place: &Place) -> Result<(), Syn
     let modules = netlist.get_mut("modules").and_then(Value::as_object_mut);
     let modules = modules.ok_or_else(|| strange("none with modules".into()))?;
     let is_multiplier = |cell: &Value| {
-        let kind = cell["type"].as_str().and_then(|kind| place.cells.get(kind));
-        kind.is_some_and(|sites| sites.multipliers > 0)
+        let kind = cell["type"].as_str();
+        let sites = kind.and_then(|kind| device.synthesis.cells.get(kind));
+        sites.is_some_and(|sites| sites.multipliers > 0)
     };
     let mut multipliers: BTreeMap<String, &mut Value> = modules
         .values_mut()
@@ -51,7 +54,7 @@ pub fn lay_out(path: &Path, stage: &Perceptron, place: &Place) -> Result<(), Syn
         .into_iter()
         .map(Into::into)
         .collect();
-    for (name, site) in names.iter().zip(sites(&place.multiplier_rows, names.len())) {
+    for (name, site) in names.iter().zip(sites(&rows, names.len())) {
         let cell = multipliers.get_mut(name).expect("one of them");
         cell["attributes"]["BEL"] = Value::from(site);
     }
@@ -102,8 +105,8 @@ fn numbers(name: &str) -> Vec<u64> {
 
 /// Sites for so many multipliers: of the rows in the middle, as many as it takes, the same part of
 /// each, there and back.
-fn sites(rows: &[Vec<String>], count: usize) -> Vec<&str> {
-    let most = rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
+fn sites<'a>(rows: &[&'a [String]], count: usize) -> Vec<&'a str> {
+    let most = rows.iter().map(|row| row.len()).max().unwrap_or(0).max(1);
     let used = count.div_ceil(most).clamp(1, rows.len().max(1));
     let first = (rows.len() - used.min(rows.len())) / 2;
     let each = count.div_ceil(used);
@@ -133,6 +136,7 @@ mod tests {
     #[test]
     fn few_multipliers_stand_in_the_middle_and_many_everywhere() {
         let rows = rows(&[6, 6, 6]);
+        let rows: Vec<&[String]> = rows.iter().map(Vec::as_slice).collect();
         assert_eq!(sites(&rows, 2), ["2/1", "3/1"]);
         assert_eq!(sites(&rows, 0), Vec::<&str>::new());
         let eight = sites(&rows, 8);

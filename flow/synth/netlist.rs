@@ -158,7 +158,7 @@ mod tests {
                 "drive_q_TRELLIS_FF_Q": {"type": "TRELLIS_FF"}}}}}"#;
         std::fs::write(&path, text).unwrap();
         let device = hwgen_spec::device::find("ecp5-85k").unwrap();
-        let parts = parts(&path, &device.place.as_ref().unwrap().cells).unwrap();
+        let parts = parts(&path, &device.synthesis.cells).unwrap();
         let part = |name: &str, piece: &str, lut4, ff, multipliers| Part {
             name: name.into(),
             piece: piece.into(),
@@ -174,8 +174,9 @@ mod tests {
             [part("a_l0", "pe", 3, 0, 1), part("shell", "", 0, 1, 0)]
         );
         std::fs::write(&path, "{").unwrap();
-        let place = device.place.as_ref().unwrap();
-        let error = super::parts(&path, &place.cells).unwrap_err().to_string();
+        let error = super::parts(&path, &device.synthesis.cells)
+            .unwrap_err()
+            .to_string();
         assert!(
             error.contains("a netlist as Yosys writes it expected"),
             "{error}"

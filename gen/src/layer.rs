@@ -3,7 +3,7 @@
 use askama::Template;
 use hwgen_spec::design::{Feed, Layer, bias_rom_width, extra_shift_width};
 use hwgen_spec::network::Activation;
-use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
+use hwgen_spec::schedule::{activation_latency, control_depth};
 use hwgen_spec::schedule::{finish_latency, sum_latency};
 
 use crate::adders;
@@ -76,6 +76,7 @@ struct LayerContext<'a> {
     output_beats: usize,
     pre_range: String,
     activation_latency: usize,
+    table_latency: usize,
     segment_range: String,
     line_range: String,
     table_module: String,
@@ -304,7 +305,8 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         array_beats: layer.array_beats(),
         output_beats: layer.output_beats(),
         pre_range: range(lanes * pre_width),
-        activation_latency: ACTIVATION_LATENCY,
+        activation_latency: activation_latency(layer),
+        table_latency: layer.segment_latency,
         segment_range: table.map_or_else(String::new, |t| range(bits(t.segment_bits()))),
         line_range: table.map_or_else(String::new, |t| {
             range(bits(t.offset_width() + t.slope_width()))

@@ -30,7 +30,6 @@ mod top;
 
 pub use bundle::{Bundle, BundleError, File};
 pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
-pub use scripts::yosys_commands;
 pub use shell::shell;
 pub use source::Source;
 

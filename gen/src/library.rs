@@ -1,6 +1,7 @@
 //! The static cells of `rtl/lib`, and what a family has in their place.
 
-use hwgen_spec::device::{Device, Family};
+use hwgen_spec::device::Device;
+use include_dir::{Dir, include_dir};
 
 use crate::bundle::File;
 
@@ -33,53 +34,35 @@ const CELLS: [(&str, &str); 20] = cells![
     "hwg_tree_level",
 ];
 
-/// A family's own bodies of cells, and models of its blocks for simulation.
-struct Replacements {
-    cells: &'static [(&'static str, &'static str)],
-    models: &'static [(&'static str, &'static str)],
-}
+/// A directory for each family that has bodies of its own: the cells, named as the portable ones, and models
+/// of its blocks for simulation, named as these. `logic` is for devices without multipliers.
+static FAMILIES: Dir = include_dir!("$CARGO_MANIFEST_DIR/../rtl/devices");
 
-fn replacements(device: &Device) -> Replacements {
-    match device.family {
-        _ if !device.has_multipliers() => Replacements {
-            cells: &[],
-            models: &[],
-        },
-        Family::Generic => unreachable!("no number of multipliers is known of it"),
-        Family::Ecp5 => Replacements {
-            cells: &[
-                ("hwg_mul", include_str!("../../rtl/devices/ecp5/hwg_mul.v")),
-                (
-                    "hwg_pair",
-                    include_str!("../../rtl/devices/ecp5/hwg_pair.v"),
-                ),
-            ],
-            models: &[
-                (
-                    "MULT18X18D",
-                    include_str!("../../rtl/devices/ecp5/MULT18X18D.v"),
-                ),
-                ("CCU2C", include_str!("../../rtl/devices/ecp5/CCU2C.v")),
-            ],
-        },
-        Family::Ice40 => Replacements {
-            cells: &[("hwg_mul", include_str!("../../rtl/devices/ice40/hwg_mul.v"))],
-            models: &[(
-                "SB_MAC16",
-                include_str!("../../rtl/devices/ice40/SB_MAC16.v"),
-            )],
-        },
-    }
+/// Name and text of a family's files; `cells`: of its cells, else of its models.
+fn own_files(device: &Device, cells: bool) -> Vec<(&'static str, &'static str)> {
+    let directory = match device.multipliers {
+        None => return Vec::new(),
+        Some(0) => "logic",
+        Some(_) => &device.family,
+    };
+    let files = FAMILIES.get_dir(directory).into_iter();
+    let mut files: Vec<_> = files
+        .flat_map(Dir::files)
+        .filter_map(|file| Some((file.path().file_stem()?.to_str()?, file.contents_utf8()?)))
+        .filter(|(name, _)| name.starts_with("hwg_") == cells)
+        .collect();
+    files.sort_unstable();
+    files
 }
 
 /// The cells that the files instantiate, and those that these do, with the bodies of a family.
 pub(crate) fn cells_used_by(files: &[File], device: &Device) -> Vec<File> {
-    let own = replacements(device).cells;
-    let mut used: Vec<&(&str, &str)> = Vec::new();
+    let own = own_files(device, true);
+    let mut used: Vec<(&str, &str)> = Vec::new();
     let mut texts: Vec<&str> = files.iter().map(|f| f.text.as_str()).collect();
     while let Some(text) = texts.pop() {
         for cell in &CELLS {
-            let cell = own.iter().find(|own| own.0 == cell.0).unwrap_or(cell);
+            let cell = *own.iter().find(|own| own.0 == cell.0).unwrap_or(cell);
             if instantiates(text, cell.0) && !used.contains(&cell) {
                 used.push(cell);
                 texts.push(cell.1);
@@ -96,8 +79,8 @@ pub(crate) fn cells_used_by(files: &[File], device: &Device) -> Vec<File> {
 
 /// Models of the family's blocks that the files instantiate.
 pub(crate) fn models_used_by(files: &[File], device: &Device) -> Vec<File> {
-    let models = replacements(device).models.iter();
-    models
+    own_files(device, false)
+        .into_iter()
         .filter(|(name, _)| files.iter().any(|f| instantiates(&f.text, name)))
         .map(|(name, text)| File {
             path: format!("sim/{name}.v"),

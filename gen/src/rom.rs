@@ -200,7 +200,7 @@ pub(crate) fn biases(module: &str, layer: &Layer, header: &Header) -> File {
 /// The segments of an activation table.
 pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File {
     let (offset, slope) = (table.offset_width(), table.slope_width());
-    let rows = table
+    let rows: Vec<Word> = table
         .lines()
         .enumerate()
         .map(|(k, (a, b))| {
@@ -235,12 +235,14 @@ pub(crate) fn segments(module: &str, table: &OddTable, header: &Header) -> File 
             table.max_error_lsb()
         ),
     ];
+    // Memories of which one is chosen in the same clock are for weights alone.
+    let may_split = header.device.rom_latency(rows.len()) > 1;
     rom(
         module,
         "piecewise-linear tanh for magnitudes".to_owned(),
         notes,
         rows,
-        (Address::Used(1), false),
+        (Address::Used(1), may_split),
         header,
     )
 }
@@ -259,7 +261,7 @@ fn rom(
     purpose: String,
     notes: Vec<String>,
     words: Vec<Word>,
-    (given, is_weights): (Address, bool),
+    (given, may_split): (Address, bool),
     header: &Header,
 ) -> File {
     let width: usize = words[0].0.iter().map(|(_, w)| bits(*w)).sum();
@@ -303,8 +305,8 @@ fn rom(
         })
         .collect();
     let depths = header.device.pieces_of_rom(words.len());
-    let (tables, blocks) = if is_weights && depths.len() > 1 {
-        let registered = header.device.rom_latency(words.len()) > 1;
+    let registered = header.device.rom_latency(words.len()) > 1;
+    let (tables, blocks) = if depths.len() > 1 && may_split {
         let (tables, blocks) = in_tables(&depths, registered, blocks, read, address);
         (Some(tables), blocks)
     } else {
@@ -342,7 +344,8 @@ fn rom(
             plural(words.len())
         ),
         latency: match (own_address, tables.as_ref().is_some_and(|t| t.registered)) {
-            (false, _) => "1 clock, the word is registered",
+            (false, false) => "1 clock, the word is registered",
+            (false, true) => "2 clocks: words of tables are registered, and one of them",
             (true, false) => "3 clocks: the address is registered twice, the word once",
             (true, true) => {
                 "4 clocks: the address is registered twice, words of tables, and one of them"

@@ -1,9 +1,10 @@
-//! Scripts for synthesis: Yosys for every family, and vendors' tools for portable Verilog.
+//! Scripts for synthesis: Yosys for every family, and vendors' tools for portable Verilog and their own
+//! devices.
 //!
 //! The vendors' tools can't be had here, so that their scripts were never run.
 
 use askama::Template;
-use hwgen_spec::device::Family;
+use hwgen_spec::device::{Device, Vendor};
 
 use crate::bundle::File;
 use crate::text::finish;
@@ -14,8 +15,8 @@ struct Yosys<'a> {
     module: &'a str,
     sources: &'a [&'a str],
     family: &'a str,
-    cells: &'a str,
-    synth: &'a str,
+    library: Option<&'a str>,
+    command: &'a str,
 }
 
 #[derive(Template)]
@@ -23,6 +24,7 @@ struct Yosys<'a> {
 struct Vivado<'a> {
     module: &'a str,
     sources: &'a [&'a str],
+    part: &'a str,
 }
 
 #[derive(Template)]
@@ -30,6 +32,7 @@ struct Vivado<'a> {
 struct Quartus<'a> {
     module: &'a str,
     sources: &'a [&'a str],
+    part: &'a str,
 }
 
 #[derive(Template)]
@@ -37,6 +40,7 @@ struct Quartus<'a> {
 struct Radiant<'a> {
     module: &'a str,
     sources: &'a [&'a str],
+    part: &'a str,
 }
 
 #[derive(Template)]
@@ -44,40 +48,59 @@ struct Radiant<'a> {
 struct Gowin<'a> {
     module: &'a str,
     sources: &'a [&'a str],
-}
-
-/// What Yosys is told for a family: a file of black boxes, empty for none, and the command.
-pub fn yosys_commands(family: Family) -> (&'static str, &'static str) {
-    match family {
-        Family::Generic => ("", "synth"),
-        Family::Ecp5 => ("+/ecp5/cells_bb.v", "synth_ecp5"),
-        // Multipliers are instantiated: what is left is to be made of logic.
-        Family::Ice40 => ("+/ice40/cells_sim.v", "synth_ice40"),
-    }
+    part: &'a str,
 }
 
 /// All scripts for a core of some files.
-pub(crate) fn all(module: &str, family: Family, sources: &[&str]) -> Vec<File> {
-    let (cells, synth) = yosys_commands(family);
+pub(crate) fn all(module: &str, device: &Device, sources: &[&str]) -> Vec<File> {
     let yosys = Yosys {
         module,
         sources,
-        family: match family {
-            Family::Generic => "generic",
-            Family::Ecp5 => "ECP5",
-            Family::Ice40 => "iCE40",
-        },
-        cells,
-        synth,
+        family: &device.title,
+        library: device.synthesis.library.as_deref(),
+        command: &device.synthesis.command,
     };
     let mut texts = vec![("ys", yosys.render())];
-    if family == Family::Generic {
-        texts.extend([
-            ("vivado.tcl", Vivado { module, sources }.render()),
-            ("quartus.tcl", Quartus { module, sources }.render()),
-            ("radiant.tcl", Radiant { module, sources }.render()),
-            ("gowin.tcl", Gowin { module, sources }.render()),
-        ]);
+    for vendor in &device.vendors {
+        let part = |of_portable| device.part.as_deref().unwrap_or(of_portable);
+        texts.push(match vendor {
+            Vendor::Vivado => ("vivado.tcl", {
+                let part = part("xc7a35tcpg236-1");
+                Vivado {
+                    module,
+                    sources,
+                    part,
+                }
+                .render()
+            }),
+            Vendor::Quartus => ("quartus.tcl", {
+                let part = part("5CSEMA5F31C6");
+                Quartus {
+                    module,
+                    sources,
+                    part,
+                }
+                .render()
+            }),
+            Vendor::Radiant => ("radiant.tcl", {
+                let part = part("LIFCL-40-7BG400I");
+                Radiant {
+                    module,
+                    sources,
+                    part,
+                }
+                .render()
+            }),
+            Vendor::Gowin => ("gowin.tcl", {
+                let part = part("GW2A-LV18PG256C8/I7");
+                Gowin {
+                    module,
+                    sources,
+                    part,
+                }
+                .render()
+            }),
+        });
     }
     let file = |(end, text)| File {
         path: format!("syn/{module}.{end}"),

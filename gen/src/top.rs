@@ -208,6 +208,6 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
             finish(ClockContext { module: name }.render()),
         ),
     ];
-    files.extend(crate::scripts::all(name, design.device().family, &sources));
+    files.extend(crate::scripts::all(name, design.device(), &sources));
     files
 }

@@ -40,7 +40,7 @@ module hwg_ingress #(
   wire [BEAT_WORDS*LANE_WIDTH-1:0] beat_data;
 
   // The beat at the slice's head, with its bounds, compared with them, within them: _q, _q2, _q3. Bit b
-  // of enable_q3: it writes the words of beat b, its own, and if it is the first, all others' defaults.
+  // of enable_q3: it goes to the words of beat b, its own, and if it is the first, all others' defaults.
   reg [INDEX_WIDTH-1:0] index_q   = {INDEX_WIDTH{1'b0}};  // of the beat at the head; BEATS: too long
   reg [INDEX_WIDTH-1:0] beat_q    = {INDEX_WIDTH{1'b0}};
   reg [INDEX_WIDTH-1:0] beat_q2   = {INDEX_WIDTH{1'b0}};
@@ -59,12 +59,13 @@ module hwg_ingress #(
   reg                   clipped_q = 1'b0;
   reg                   error_q   = 1'b0;
 
-  // Both are decided a clock ahead, so that registers drive what moves whole beats.
-  reg room_q = 1'b0;  // no frame stands in word_q, or the one that does is taken now
-  reg move_q = 1'b0;  // beats move on, for none waits for room
+  // All are decided a clock ahead, so that registers drive what moves whole beats.
+  reg             room_q  = 1'b0;           // no frame stands in word_q, or the one that does is taken now
+  reg             move_q  = 1'b0;           // beats move on, for none waits for room
+  reg             put_q   = 1'b0;           // a beat goes into word_q
+  reg [BEATS-1:0] write_q = {BEATS{1'b0}};  // where it goes
 
   wire take  = beat_valid & move_q;
-  wire put   = valid_q3 & room_q;
   wire first = enable_q3[0];
 
   wire unused_ready_next;
@@ -82,9 +83,10 @@ module hwg_ingress #(
     .data_o      ({beat_last, beat_data})
   );
 
-  wire full_d   = (put & last_q3) | ~room_q;
+  wire full_d   = (put_q & last_q3) | ~room_q;
   wire room_d   = ~full_d | take_next_i;
   wire valid_d3 = move_q ? valid_q2 : valid_q3;
+  wire put_d    = ~rst_i & valid_d3 & room_d;
 
   always @(posedge clk_i) begin
     if (rst_i) begin
@@ -107,13 +109,21 @@ module hwg_ingress #(
       room_q   <= room_d;
       move_q   <= ~valid_d3 | room_d;
     end
+    put_q <= put_d;
   end
 
-  integer b;
+  reg [BEATS-1:0] enable_d3;
+  integer         b;
+  always @* begin
+    for (b = 0; b < BEATS; b = b + 1)
+      enable_d3[b] = (beat_q2 == b[INDEX_WIDTH-1:0]) | (beat_q2 == {INDEX_WIDTH{1'b0}});
+    if (~move_q) enable_d3 = enable_q3;
+  end
+
   always @(posedge clk_i) begin
+    enable_q3 <= enable_d3;
+    write_q   <= enable_d3 & {BEATS{put_d}};
     if (move_q) begin
-      for (b = 0; b < BEATS; b = b + 1)
-        enable_q3[b] <= (beat_q2 == b[INDEX_WIDTH-1:0]) | (beat_q2 == {INDEX_WIDTH{1'b0}});
       beat_q   <= index_q;
       beat_q2  <= beat_q;
       last_q   <= beat_last;
@@ -188,15 +198,14 @@ module hwg_ingress #(
 
   integer k;
   always @(posedge clk_i) begin
-    if (put) begin
+    if (put_q) begin
       clipped_q <= (clipped_q & ~first) | clip_q3;
       error_q   <= short_q3;
-      for (k = 0; k < WORDS; k = k + 1) begin
-        if (enable_q3[k/BEAT_WORDS])
-          word_q[k*WIDTH +: WIDTH] <= first & (k >= BEAT_WORDS) ? low_i[k*WIDTH +: WIDTH] :
-                                      bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
-      end
     end
+    for (k = 0; k < WORDS; k = k + 1)
+      if (write_q[k/BEAT_WORDS])
+        word_q[k*WIDTH +: WIDTH] <= first & (k >= BEAT_WORDS) ? low_i[k*WIDTH +: WIDTH] :
+                                    bounded[(k % BEAT_WORDS)*WIDTH +: WIDTH];
   end
 
   assign frame_next_o = ~rst_i & full_d;

@@ -1,7 +1,7 @@
 # @{ module }@: Gowin EDA, synthesis to routes. Not run by hwgen.
 # Run in an empty directory outside of the bundle: gw_sh BUNDLE/syn/@{ module }@.gowin.tcl
 set root [file normalize [file join [file dirname [info script]] ..]]
-set_device GW2A-LV18PG256C8/I7
+set_device @{ part }@
 @% for file in sources %@add_file -type verilog $root/@{ file }@
 @% endfor %@add_file -type sdc $root/constraints/@{ module }@.sdc
 set_option -synthesis_tool gowinsynthesis

@@ -268,7 +268,8 @@ module @{ module }@ (
         .SLOPE_BITS     (@{ slope_bits }@),
         .FRACTION       (@{ table_fraction }@),
         .WIDTH          (@{ y_width }@),
-        .SIGMOID        (@{ sigmoid }@)
+        .SIGMOID        (@{ sigmoid }@)@% if table_latency > 1 %@,
+        .TABLE          (@{ table_latency }@)@% endif %@
       ) u_pwl (
         .clk_i     (clk_i),
         .z_i       (z[i*@{ pre_width }@ +: @{ pre_width }@]),

@@ -22,7 +22,7 @@ module @{ module }@ (
   input  wire clipped_i,      // an input was outside of the box
   input  wire error_i,        // the frame was too short or too long
   input  wire room_next_i,    // an output frame may be given after this edge
-  output wire frame_valid_o,  // one is given
+  output wire frame_next_o,   // one is given in frame_o after this edge
   output wire @{ out_range }@ frame_o,
   output wire saturated_o,    // an input or a word inside was clipped
   output wire error_o
@@ -36,9 +36,10 @@ module @{ module }@ (
   reg  leave_q = 1'b0;
   wire may_start;
   wire may_leave;
+  wire leave = room_next_i & may_leave;
   always @(posedge clk_i) begin
     start_q <= frame_next_i & may_start;
-    leave_q <= room_next_i & may_leave;
+    leave_q <= leave;
   end
 
   hwg_admit #(
@@ -100,7 +101,8 @@ module @{ module }@ (
     .WORDS (@{ l.outputs }@),
     .LANES (@{ l.lanes }@),
     .WIDTH (@{ l.width }@),
-    .STARTS(@{ l.starts }@)
+@% if l.hop %@    .HOP   (1),
+@% endif %@    .STARTS(@{ l.starts }@)
   ) u_@{ l.name }@_gather (
     .clk_i   (clk_i),
     .rst_i   (@{ l.name }@_rst_q2),
@@ -121,7 +123,7 @@ module @{ module }@ (
   wire @{ n.range }@ @{ n.name }@_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg @{ n.name }@_leave_q = 1'b0;
-  (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= room_next_i & may_leave;
+  (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= leave;
   (* keep *) reg @{ n.name }@_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) @{ n.name }@_rst_q2 <= ~rst_ni;
   hwg_queue #(
@@ -142,7 +144,7 @@ module @{ module }@ (
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next@% for n in networks %@ & @{ n.name }@_known_next@% endfor %@;
   assign take_next_o   = may_start;
-  assign frame_valid_o = leave_q;
+  assign frame_next_o  = leave;
   assign saturated_o   = clipped@% for n in networks %@ | @{ n.name }@_saturated@% endfor %@;
   genvar i;
   generate

@@ -1,7 +1,7 @@
 # @{ module }@: Intel Quartus Prime, all ports but the clock virtual, synthesis to timing. Not run by hwgen.
 # Run in an empty directory outside of the bundle: quartus_sh -t BUNDLE/syn/@{ module }@.quartus.tcl [DEVICE]
 load_package flow
-set device [expr {[llength $quartus(args)] > 0 ? [lindex $quartus(args) 0] : "5CSEMA5F31C6"}]
+set device [expr {[llength $quartus(args)] > 0 ? [lindex $quartus(args) 0] : "@{ part }@"}]
 set root [file normalize [file join [file dirname [info script]] ..]]
 project_new @{ module }@ -overwrite -part $device
 set_global_assignment -name TOP_LEVEL_ENTITY @{ module }@

@@ -1,7 +1,7 @@
 # @{ module }@: AMD Vivado, out of context, synthesis to routes. Not run by hwgen.
 # Run in an empty directory outside of the bundle: vivado -mode batch -source BUNDLE/syn/@{ module }@.vivado.tcl [-tclargs PART]
 set root [file normalize [file join [file dirname [info script]] ..]]
-set part [expr {$argc > 0 ? [lindex $argv 0] : "xc7a35tcpg236-1"}]
+set part [expr {$argc > 0 ? [lindex $argv 0] : "@{ part }@"}]
 foreach file {
 @% for file in sources %@  @{ file }@
 @% endfor %@} {

@@ -184,7 +184,9 @@ impl Model {
         within(probe, format_args!("u_mlp"), |p| {
             self.stage.show(reset, starts, leaves, p)
         });
-        within(probe, format_args!("u_egress"), |p| self.egress.show(p));
+        within(probe, format_args!("u_egress"), |p| {
+            self.egress.show(leaves, p)
+        });
         // The ports last: where a register differs too, it is the one to be named.
         probe.bit("s_axis_tready", self.ingress.ready());
         self.egress.show_port(probe);

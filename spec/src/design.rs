@@ -110,12 +110,20 @@ pub struct Layer {
     pub copy_latency: usize,
     /// Clocks from a weight ROM's address to its registered word.
     pub rom_latency: usize,
+    /// The same of the activation's segments.
+    pub segment_latency: usize,
+    /// Clocks from a beat to its place in a vector.
+    pub gather_latency: usize,
     /// Whether the multipliers of the activation units are made of logic.
     pub activation_in_logic: bool,
 }
 
 /// Bits of a ring that one copy of the signal to load it reaches.
-const START_REACH: usize = 96;
+const START_REACH: usize = 64;
+
+/// Beats of a vector whose places one register of their words reaches; the words of more take a clock to
+/// a copy, where distance counts.
+const NEAR_BEATS: usize = 8;
 
 impl Layer {
     /// Groups of `pe` neurons.
@@ -504,6 +512,10 @@ impl Design {
             layer.activation_in_logic = device.activation_in_logic && short;
             layer.copy_latency = device.copy_latency;
             layer.rom_latency = device.rom_latency(layer.folds());
+            let segments = layer.quant.table.as_ref().map_or(1, |t| t.segments());
+            layer.segment_latency = device.rom_latency(segments);
+            let far = device.copy_latency > 0 && layer.output_beats() > NEAR_BEATS;
+            layer.gather_latency = 1 + usize::from(far);
         }
         let interval = perceptron
             .layers()

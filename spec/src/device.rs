@@ -6,35 +6,29 @@ use std::collections::BTreeMap;
 use std::ops::{Add, AddAssign, Mul};
 use std::sync::OnceLock;
 
+use include_dir::{Dir, include_dir};
 use serde::{Deserialize, Serialize};
 
 /// The files, one a family.
-const FAMILIES: [&str; 3] = [
-    include_str!("../devices/generic.toml"),
-    include_str!("../devices/ecp5.toml"),
-    include_str!("../devices/ice40.toml"),
-];
-
-/// Devices with the same cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Family {
-    /// Portable Verilog.
-    Generic,
-    /// Lattice ECP5.
-    Ecp5,
-    /// Lattice iCE40.
-    Ice40,
-}
+static FAMILIES: Dir = include_dir!("$CARGO_MANIFEST_DIR/devices");
 
 /// One device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Device {
     /// `<family>-<size>`, or `generic`.
     pub name: String,
-    /// Its family.
-    pub family: Family,
-    /// Look-up tables of four inputs; none for `generic`, whose size is not known.
+    /// Devices with the same cells, by the name of their file.
+    pub family: String,
+    /// What people call the family.
+    pub title: String,
+    /// How Yosys synthesises for it.
+    pub synthesis: Synthesis,
+    /// Vendors' tools that scripts are written for.
+    pub vendors: Vec<Vendor>,
+    /// What vendors' tools call it.
+    pub part: Option<String>,
+    /// Look-up tables of four inputs, or of as many as the family's have; none for `generic`, whose size is
+    /// not known.
     pub lut4: Option<u32>,
     /// Multipliers.
     pub multipliers: Option<u32>,
@@ -120,7 +114,35 @@ impl Device {
     }
 }
 
-/// What Yosys and nextpnr need to know of a device.
+/// What Yosys needs to know of a family.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Synthesis {
+    /// A file of black boxes that are instantiated, if there are any.
+    pub library: Option<String>,
+    /// The command.
+    pub command: String,
+    /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none. Empty
+    /// where there is no device.
+    #[serde(default)]
+    pub cells: BTreeMap<String, Sites>,
+}
+
+/// A vendor's tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Vendor {
+    /// AMD Vivado.
+    Vivado,
+    /// Intel Quartus Prime.
+    Quartus,
+    /// Lattice Radiant.
+    Radiant,
+    /// Gowin EDA.
+    Gowin,
+}
+
+/// What nextpnr needs to know of a device.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
@@ -130,6 +152,9 @@ pub struct Place {
     pub arguments: Vec<String>,
     /// A pin with a way of its own into the clock network.
     pub clock_pin: String,
+    /// Pins for the ports of the shell, input and output, where the program wants each to have one.
+    #[serde(default)]
+    pub other_pins: Vec<String>,
     /// The clock that is sought where the user names none.
     ///
     /// # Units
@@ -147,8 +172,6 @@ pub struct Place {
     /// A group of multipliers, as many times in each row as the device has columns of them.
     #[serde(default)]
     multiplier_group: Vec<GroupSite>,
-    /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none.
-    pub cells: BTreeMap<String, Sites>,
     /// Names of the sites in nextpnr's report.
     pub sites: SiteNames,
 }
@@ -162,6 +185,9 @@ pub enum PlaceTool {
     /// For iCE40; pins in a PCF file.
     #[serde(rename = "nextpnr-ice40")]
     Ice40,
+    /// For Nexus; pins in a PDC file.
+    #[serde(rename = "nextpnr-nexus")]
+    Nexus,
 }
 
 /// A multiplier in a group of them.
@@ -262,7 +288,9 @@ pub struct SiteNames {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FamilyFile {
-    family: Family,
+    title: String,
+    synthesis: Synthesis,
+    vendors: Vec<Vendor>,
     multiplier_bits: Option<u32>,
     #[serde(default)]
     multiplier_shows_operands: bool,
@@ -288,6 +316,7 @@ struct FamilyFile {
 #[serde(deny_unknown_fields)]
 struct Entry {
     name: String,
+    part: Option<String>,
     lut4: Option<u32>,
     multipliers: Option<u32>,
     block_rams: Option<u32>,
@@ -332,14 +361,23 @@ pub const GENERIC: &str = "generic";
 pub fn all() -> &'static [Device] {
     static DEVICES: OnceLock<Vec<Device>> = OnceLock::new();
     DEVICES.get_or_init(|| {
-        let families = FAMILIES.map(|text| toml::from_str(text).expect("a family's file"));
-        families
+        let mut files: Vec<_> = FAMILIES.files().collect();
+        files.sort_by_key(|file| file.path());
+        files
             .into_iter()
-            .flat_map(|family: FamilyFile| {
+            .flat_map(|file| {
+                let (name, text) = (file.path().file_stem(), file.contents_utf8());
+                let name = name.and_then(|name| name.to_str()).expect("a plain name");
+                let family: FamilyFile = toml::from_str(text.expect("text"))
+                    .unwrap_or_else(|error| panic!("{name}: {error}"));
                 family.device.into_iter().map(move |entry| Device {
                     place: family.place.as_ref().map(|place| Place::of(place, &entry)),
                     name: entry.name,
-                    family: family.family,
+                    family: name.to_owned(),
+                    title: family.title.clone(),
+                    synthesis: family.synthesis.clone(),
+                    vendors: family.vendors.clone(),
+                    part: entry.part,
                     lut4: entry.lut4,
                     multipliers: entry.multipliers,
                     multiplier_bits: family.multiplier_bits,

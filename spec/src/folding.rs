@@ -296,6 +296,8 @@ fn arrange(layer: &Arc<QuantLayer>, feed: Feed, fold: Fold, patience: usize) -> 
         feed,
         copy_latency: 0,
         rom_latency: 1,
+        segment_latency: 1,
+        gather_latency: 1,
         activation_in_logic: false,
     }
 }

@@ -14,8 +14,6 @@ const MULTIPLIER_LATENCY: usize = 3;
 pub const REQUANT_LATENCY: usize = 4;
 /// Cycles of the stage that undoes a neuron's own shift.
 pub const EXTRA_SHIFT_LATENCY: usize = 1;
-/// Cycles of the activation unit: magnitude, segment, product, sum, sign.
-pub const ACTIVATION_LATENCY: usize = 4 + MULTIPLIER_LATENCY;
 
 /// Times and depths of a design.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -41,9 +39,9 @@ impl Schedule {
             .expect("there are streams");
         // The last beat meets its bounds, is compared with them, is within them, completes the frame.
         let start = source.beats() + 4;
-        let mut beats: Option<Vec<usize>> = None;
+        let mut beats: Option<Beats> = None;
         for layer in &stage.shared {
-            beats = Some(output_times(layer, beats.as_deref(), start));
+            beats = Some(Beats::of(layer, beats.as_ref(), start));
         }
         let whole = stage
             .networks
@@ -51,14 +49,14 @@ impl Schedule {
             .map(|network| {
                 let mut beats = beats.clone();
                 for layer in &network.layers {
-                    beats = Some(output_times(layer, beats.as_deref(), start));
+                    beats = Some(Beats::of(layer, beats.as_ref(), start));
                 }
-                last(&beats.expect("a network has a layer"))
+                beats.expect("a network has a layer").gathered()
             })
             .max()
             .expect("there is a network");
-        // Gathered, in the queue, in the serializer, in the output slice, handed over.
-        let in_fifo = whole + 2;
+        // In the queue, in the serializer, in the output slice, handed over.
+        let in_fifo = whole + 1;
         let in_serializer = in_fifo + 1;
         let handed_over = in_serializer + 1 + sink.beats();
         let credits = (in_serializer + 1 - start).div_ceil(interval);
@@ -71,43 +69,59 @@ impl Schedule {
     }
 }
 
-/// Times at which the layer's output beats are in their register.
-///
-/// `before`: those of the layer in front; `start`: the edge that loads the input frame where
-/// there is none.
-fn output_times(layer: &Layer, before: Option<&[usize]>, start: usize) -> Vec<usize> {
-    let operands: Vec<usize> = match (layer.feed, before) {
-        (Feed::Direct, Some(beats)) => beats.to_vec(),
-        // Loaded, then a clock a group; only the last beat completes sums.
-        (Feed::Hold, Some(beats)) => {
-            let loaded = last(beats) + 1;
-            (0..layer.neuron_folds())
-                .map(|turn| loaded + turn)
-                .collect()
+/// When a layer's output beats are in their register.
+#[derive(Clone)]
+struct Beats {
+    times: Vec<usize>,
+    /// Clocks from the last one to the whole vector.
+    gather: usize,
+}
+
+impl Beats {
+    /// `before`: those of the layer in front; `start`: the edge that loads the input frame where
+    /// there is none.
+    fn of(layer: &Layer, before: Option<&Self>, start: usize) -> Self {
+        let operands: Vec<usize> = match (layer.feed, before) {
+            (Feed::Direct, Some(beats)) => beats.times.clone(),
+            // Loaded, then a clock a group; only the last beat completes sums.
+            (Feed::Hold, Some(beats)) => {
+                let loaded = last(&beats.times) + 1;
+                (0..layer.neuron_folds())
+                    .map(|turn| loaded + turn)
+                    .collect()
+            }
+            // What goes into adders need not be loaded.
+            (Feed::Adders, before) => vec![before.map_or(start - 1, Self::gathered)],
+            (_, before) => {
+                let loaded = before.map_or(start, |beats| beats.gathered() + 1);
+                (0..layer.folds()).map(|fold| loaded + fold).collect()
+            }
+        };
+        let drain = if layer.drain_beats() > 1 { 1 } else { 0 };
+        let to_sum = sum_latency(layer) + drain;
+        let behind = finish_latency(layer);
+        let operands_of_sum = match layer.feed {
+            Feed::Replay | Feed::Direct => layer.synapse_folds(),
+            Feed::Hold | Feed::Adders => 1,
+        };
+        let times = operands
+            .chunks(operands_of_sum)
+            .flat_map(|group| {
+                let sum = last(group) + to_sum;
+                (0..layer.drain_beats()).map(move |beat| sum + beat + behind)
+            })
+            .take(layer.output_beats())
+            .collect();
+        Self {
+            times,
+            gather: layer.gather_latency,
         }
-        // What goes into adders need not be loaded.
-        (Feed::Adders, before) => vec![before.map_or(start - 1, |beats| last(beats) + 1)],
-        (_, before) => {
-            // One cycle to complete the vector, one to load it.
-            let loaded = before.map_or(start, |beats| last(beats) + 2);
-            (0..layer.folds()).map(|fold| loaded + fold).collect()
-        }
-    };
-    let drain = if layer.drain_beats() > 1 { 1 } else { 0 };
-    let to_sum = sum_latency(layer) + drain;
-    let behind = finish_latency(layer);
-    let operands_of_sum = match layer.feed {
-        Feed::Replay | Feed::Direct => layer.synapse_folds(),
-        Feed::Hold | Feed::Adders => 1,
-    };
-    operands
-        .chunks(operands_of_sum)
-        .flat_map(|group| {
-            let sum = last(group) + to_sum;
-            (0..layer.drain_beats()).map(move |beat| sum + beat + behind)
-        })
-        .take(layer.output_beats())
-        .collect()
+    }
+
+    /// When the vector is whole.
+    fn gathered(&self) -> usize {
+        last(&self.times) + self.gather
+    }
 }
 
 /// Cycles from an operand to its sum at the foot of the array.
@@ -135,12 +149,14 @@ pub fn finish_latency(layer: &Layer) -> usize {
     } else {
         0
     };
-    let activation = if layer.quant.table.is_some() {
-        ACTIVATION_LATENCY
-    } else {
-        0
-    };
+    let activation = layer.quant.table.as_ref();
+    let activation = activation.map_or(0, |_| activation_latency(layer));
     REQUANT_LATENCY + shift + activation
+}
+
+/// Cycles of the activation unit: magnitude, segment, product, sum, sign.
+pub fn activation_latency(layer: &Layer) -> usize {
+    3 + layer.segment_latency + MULTIPLIER_LATENCY
 }
 
 fn last(times: &[usize]) -> usize {

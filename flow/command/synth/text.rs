@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use hwgen_spec::design::Design;
-use hwgen_spec::device::{Device, Place};
+use hwgen_spec::device::Device;
 
 use super::super::sites;
 use super::Speed;
@@ -11,20 +11,17 @@ use crate::layout::{columns, counted, row};
 use crate::synth::Synthesis;
 
 /// Useful multiplications a second, of those that the device's multipliers could do alone.
-pub(super) fn share_of_limit(
-    design: &Design,
-    device: &Device,
-    place: &Place,
-    speed: &Speed,
-) -> f64 {
-    let there = f64::from(device.multipliers.unwrap_or(1));
-    design.macs() as f64 * speed.per_second / (there * place.multiplier_mhz * 1e6)
+///
+/// None where the device has no multipliers.
+pub(super) fn share_of_limit(design: &Design, device: &Device, speed: &Speed) -> Option<f64> {
+    let there = device.multipliers.filter(|there| *there > 0)?;
+    let limit = f64::from(there) * device.place.as_ref()?.multiplier_mhz * 1e6;
+    Some(design.macs() as f64 * speed.per_second / limit)
 }
 
 pub(super) fn text(
     design: &Design,
     device: &Device,
-    place: &Place,
     synthesis: &Synthesis,
     speed: Option<&Speed>,
 ) -> String {
@@ -69,8 +66,7 @@ pub(super) fn text(
         let _ = write!(
             text,
             "\nclock of {}: {:.1} MHz at least, {:.1} in the median, {:.1} at most\n\
-             at the median: latency {:.0} ns ({}), {:.2} million frames a second (one every {})\n\
-             that is {:.1} % of what {} multipliers could do at {} MHz\n",
+             at the median: latency {:.0} ns ({}), {:.2} million frames a second (one every {})\n",
             counted(synthesis.routes.len(), "placement"),
             speed.min_mhz,
             speed.median_mhz,
@@ -79,9 +75,22 @@ pub(super) fn text(
             counted(design.latency_cycles(), "clock"),
             speed.per_second / 1e6,
             counted(design.interval_cycles(), "clock"),
-            100.0 * share_of_limit(design, device, place, speed),
-            device.multipliers.unwrap_or(0),
-            place.multiplier_mhz,
+        );
+        if let (Some(share), Some(place)) = (share_of_limit(design, device, speed), &device.place) {
+            let _ = writeln!(
+                text,
+                "that is {:.1} % of what {} multipliers could do at {} MHz",
+                100.0 * share,
+                device.multipliers.unwrap_or(0),
+                place.multiplier_mhz,
+            );
+        }
+    }
+    if device.place.is_none() {
+        let _ = writeln!(
+            text,
+            "\nnot placed: no open tool does so on {}; scripts of the vendor's own are in syn/",
+            device.name
         );
     }
     text

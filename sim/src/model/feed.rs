@@ -1,5 +1,7 @@
 //! The cells that bring operands to an array: gather, replay, beats, hold.
 
+use hwgen_spec::design::Layer;
+
 use super::array::{code, real};
 use super::probe::{Probe, address_bits, counter_bits, within};
 
@@ -12,27 +14,31 @@ pub(super) struct Gather {
     beats: usize,
     starts: usize,
     slots: Vec<i64>,
-    /// Beats of the frame that came.
-    taken: usize,
-    /// Whether the last beat is here.
-    complete: bool,
+    /// Where the next beat goes.
+    place: usize,
+    /// Where the beat of this clock goes.
+    put: Option<usize>,
+    /// The beat's copy, where it takes a clock to one: flag and words.
+    hop: Option<(bool, Vec<i64>)>,
     start: bool,
     flag: bool,
 }
 
 impl Gather {
-    pub(super) fn new(words: usize, lanes: usize, bits: u32, starts: usize) -> Self {
+    pub(super) fn new(layer: &Layer, starts: usize) -> Self {
+        let (words, lanes) = (layer.quant.outputs(), layer.lanes);
         let beats = words.div_ceil(lanes);
         let slots = vec![0; beats * lanes];
         Self {
-            bits,
+            bits: layer.quant.output.width(),
             words,
             lanes,
             beats,
             starts,
             slots,
-            taken: 0,
-            complete: false,
+            place: 0,
+            put: None,
+            hop: (layer.gather_latency > 1).then(|| (false, vec![0; lanes])),
             start: false,
             flag: false,
         }
@@ -62,32 +68,51 @@ impl Gather {
         next: bool,
         (valid, flag, data): (bool, bool, &[i64]),
     ) {
-        let last = self.taken == self.beats - 1;
-        if valid {
-            self.flag = (self.flag && self.taken != 0) || flag;
-            let first = self.taken * self.lanes;
-            self.slots[first..first + self.lanes].copy_from_slice(data);
-        }
-        self.start = !reset && self.complete;
-        self.taken = match (reset, valid) {
-            (true, _) => 0,
-            (_, true) if last => 0,
-            (_, true) => self.taken + 1,
-            (_, false) => self.taken,
+        let (flag_now, words) = match &self.hop {
+            Some((flag, words)) => (*flag, &words[..]),
+            None => (flag, data),
         };
-        self.complete = !reset && next && self.taken == self.beats - 1;
+        if let Some(beat) = self.put {
+            self.flag = (self.flag && beat != 0) || flag_now;
+            self.slots[beat * self.lanes..][..self.lanes].copy_from_slice(words);
+        }
+        self.start = !reset && self.complete();
+        let next = if self.hop.is_some() { valid } else { next };
+        self.put = (!reset && next).then_some(self.place);
+        if reset {
+            self.place = 0;
+        } else if next {
+            self.place = (self.place + 1) % self.beats;
+        }
+        if let Some((held, words)) = &mut self.hop {
+            *held = flag;
+            words.copy_from_slice(data);
+        }
+    }
+
+    /// Whether the last beat is here.
+    #[inline]
+    fn complete(&self) -> bool {
+        self.put == Some(self.beats - 1)
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.words("slot_q", self.bits, &self.slots);
-        if self.beats > 1 {
-            let taken: Vec<i64> = (1..self.beats).map(|b| (b <= self.taken).into()).collect();
-            within(probe, format_args!("g_taken"), |probe| {
-                probe.words("taken_q", 1, &taken);
+        let one_at = |place| -> Vec<i64> {
+            let beats = (0..self.beats).map(Some);
+            beats.map(|b| i64::from(b == place)).collect()
+        };
+        probe.words("place_q", 1, &one_at(Some(self.place)));
+        probe.words("put_q", 1, &one_at(self.put));
+        probe.bit("valid_q", self.put.is_some());
+        probe.bit("flag_q", self.flag);
+        probe.bit("complete_q", self.complete());
+        if let Some((flag, words)) = &self.hop {
+            within(probe, format_args!("g_hop"), |probe| {
+                probe.bit("flag_q", *flag);
+                probe.words("data_q", self.bits, words);
             });
         }
-        probe.bit("flag_q", self.flag);
-        probe.bit("complete_q", self.complete);
         for copy in 0..self.starts {
             within(probe, format_args!("g_copy[{copy}]"), |probe| {
                 probe.bit("start_q", self.start);

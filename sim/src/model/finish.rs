@@ -7,7 +7,7 @@ use hwgen_spec::design::{Layer, extra_shift_width};
 use hwgen_spec::device::Device;
 use hwgen_spec::format::to_bits;
 use hwgen_spec::network::Activation;
-use hwgen_spec::schedule::ACTIVATION_LATENCY;
+use hwgen_spec::schedule::activation_latency;
 
 use super::probe::{Probe, address_bits, within};
 
@@ -265,10 +265,13 @@ fn register_bits(stages: usize) -> u32 {
 /// |---|---|
 /// | 0 | `magnitude_q`, `negative_q[0]` and so on to age 4 |
 /// | 1 | `data_q`, `distance_q` |
-/// | 2 | `a_q`, `b_q`, newer half of `offset_q` |
-/// | 3 | `p_q`, older half of `offset_q` |
-/// | 4 | `sum_q` |
-/// | 5 | `y_q` |
+/// | 2 | `a_q`, `b_q`, newest third of `offset_q` |
+/// | 3 | `p_q` |
+/// | 4 | `r_q`, oldest third of `offset_q` |
+/// | 5 | `sum_q` |
+/// | 6 | `y_q` |
+///
+/// A ROM of several tables has their words at age 1; all but these is a clock older then.
 ///
 /// At power-up age 0 holds the argument 0, but `data_q` holds no line of the table: there and
 /// beyond are blanks, on a line of offset and slope 0, until they have left.
@@ -284,6 +287,12 @@ pub(super) struct Units {
     hides_operands: bool,
     in_logic: bool,
     lanes: usize,
+    /// Depths of the tables of the ROM.
+    tables: Vec<usize>,
+    /// Slots of the ring and registers in a row: from an argument to its word.
+    stages: usize,
+    /// Clocks of the ROM.
+    rom: usize,
     /// Edges since power-up, as far as there may be blanks.
     edges: usize,
     /// Slot of age 0; greater ages follow.
@@ -301,7 +310,15 @@ impl Units {
         let shift = table.slope_bits() - GUARD_BITS;
         let one = if sigmoid { 1 << table.fraction() } else { 0 };
         let lanes = layer.lanes;
+        let stages = activation_latency(layer);
+        let rom = layer.segment_latency;
         let mut new = Self {
+            tables: match rom {
+                1 => Vec::new(),
+                _ => device.pieces_of_rom(table.segments()),
+            },
+            stages,
+            rom,
             lines: table.lines().map(|(a, b)| (a << shift, b)).collect(),
             slope_bits: table.slope_bits(),
             distance_bits: table.distance_bits(),
@@ -313,8 +330,8 @@ impl Units {
             lanes,
             edges: 0,
             newest: 0,
-            arguments: vec![0; ACTIVATION_LATENCY * lanes],
-            words: vec![one; ACTIVATION_LATENCY * lanes],
+            arguments: vec![0; stages * lanes],
+            words: vec![one; stages * lanes],
         };
         let zero = new.value(0);
         new.words[..lanes].fill(zero);
@@ -326,10 +343,10 @@ impl Units {
     #[inline]
     fn slot(&self, age: usize) -> usize {
         let slot = self.newest + age;
-        if slot < ACTIVATION_LATENCY {
+        if slot < self.stages {
             slot
         } else {
-            slot - ACTIVATION_LATENCY
+            slot - self.stages
         }
     }
 
@@ -357,15 +374,15 @@ impl Units {
 
     #[inline]
     pub(super) fn words(&self) -> &[i64] {
-        &self.words[self.slot(ACTIVATION_LATENCY - 1) * self.lanes..][..self.lanes]
+        &self.words[self.slot(self.stages - 1) * self.lanes..][..self.lanes]
     }
 
     /// `arguments`: one z a unit.
     #[inline]
     pub(super) fn step(&mut self, arguments: &[i64]) {
-        self.edges = (self.edges + 1).min(ACTIVATION_LATENCY);
+        self.edges = (self.edges + 1).min(self.stages);
         // The oldest slot becomes the newest.
-        self.newest = self.slot(ACTIVATION_LATENCY - 1);
+        self.newest = self.slot(self.stages - 1);
         let at = self.newest * self.lanes;
         for (lane, z) in arguments.iter().enumerate() {
             self.arguments[at + lane] = *z;
@@ -381,6 +398,25 @@ impl Units {
         }
     }
 
+    /// The tables that the ROM is built of, if there are several, a clock behind the address.
+    fn show_tables<P: Probe>(&self, argument: i64, probe: &mut P) {
+        let Some(depth) = self.tables.last() else {
+            return;
+        };
+        let (table, segment) = (&self.table, self.segment(argument.abs()));
+        let blank = self.edges == 0;
+        for (number, first) in (0..self.tables.len()).map(|n| (n, n * depth)) {
+            let (a, b) = match blank {
+                true => (0, 0),
+                false => table.line_of(first + segment % depth),
+            };
+            let widths = [table.slope_width(), table.offset_width()];
+            probe.fields(&format!("table{number}_q"), &widths, &[b, a]);
+        }
+        let bits = address_bits(table.segments()) - depth.ilog2();
+        probe.count("above_q", bits, segment / depth);
+    }
+
     fn show_unit<P: Probe>(&self, probe: &mut P, unit: usize, y: i64) {
         let table = &self.table;
         let argument = |age| self.arguments[self.slot(age) * self.lanes + unit];
@@ -392,22 +428,27 @@ impl Units {
             }
         };
         let part = |age| self.distance(argument(age).abs());
-        let negative = (0..6).map(|age| i64::from(argument(age) < 0) << age).sum();
-        let sum = (line(5).0 << (table.slope_bits() - GUARD_BITS)) + part(5) * line(5).1;
+        let rom = self.rom;
+        let ages = 0..rom + 5;
+        let negative = ages.map(|age| i64::from(argument(age) < 0) << age).sum();
+        let sum = (line(rom + 4).0 << (table.slope_bits() - GUARD_BITS))
+            + part(rom + 4) * line(rom + 4).1;
         let (distance, slope) = (table.distance_bits(), table.slope_width());
         within(probe, format_args!("u_segments"), |probe| {
-            let (a, b) = line(1);
+            self.show_tables(argument(1), probe);
+            let (a, b) = line(rom);
             probe.fields("data_q", &[slope, table.offset_width()], &[b, a]);
         });
         within(probe, format_args!("u_pwl"), |probe| {
             probe.word("magnitude_q", table.magnitude_bits(), argument(0).abs());
-            probe.word("distance_q", distance, part(1));
+            let parts: Vec<i64> = (1..=rom).map(part).collect();
+            probe.words("distance_q", distance, &parts);
             probe.words(
                 "offset_q",
                 table.offset_width(),
-                &[line(2).0, line(3).0, line(4).0],
+                &[line(rom + 1).0, line(rom + 2).0, line(rom + 3).0],
             );
-            probe.word("negative_q", 6, negative);
+            probe.word("negative_q", register_bits(rom + 5), negative);
             probe.word("sum_q", table.fraction() + table.slope_bits(), sum);
             probe.word("y_q", self.bits, y);
         });
@@ -416,25 +457,25 @@ impl Units {
                 // The slope times two bits of the distance, then four, then all.
                 for pair in 0..distance.div_ceil(2) {
                     within(probe, format_args!("g_pair[{pair}]"), |probe| {
-                        let bits = part(2) >> (2 * pair) & 3;
-                        probe.word("sum_q", slope + 2, bits * line(2).1);
+                        let bits = part(rom + 1) >> (2 * pair) & 3;
+                        probe.word("sum_q", slope + 2, bits * line(rom + 1).1);
                     });
                 }
                 for quad in 0..distance.div_ceil(4) {
                     within(probe, format_args!("g_quad[{quad}]"), |probe| {
-                        let bits = part(3) >> (4 * quad) & 15;
-                        probe.word("sum_q", slope + 4, bits * line(3).1);
+                        let bits = part(rom + 2) >> (4 * quad) & 15;
+                        probe.word("sum_q", slope + 4, bits * line(rom + 2).1);
                     });
                 }
-                probe.word("p_q", distance + slope, part(4) * line(4).1);
+                probe.word("p_q", distance + slope, part(rom + 3) * line(rom + 3).1);
                 return;
             }
             if !self.hides_operands {
-                probe.word("a_q", distance + 1, part(2));
-                probe.word("b_q", slope + 1, line(2).1);
-                probe.word("p_q", distance + slope + 2, part(3) * line(3).1);
+                probe.word("a_q", distance + 1, part(rom + 1));
+                probe.word("b_q", slope + 1, line(rom + 1).1);
+                probe.word("p_q", distance + slope + 2, part(rom + 2) * line(rom + 2).1);
             }
-            probe.word("r_q", distance + slope + 2, part(4) * line(4).1);
+            probe.word("r_q", distance + slope + 2, part(rom + 3) * line(rom + 3).1);
         });
     }
 }

@@ -2,7 +2,7 @@
 
 use hwgen_spec::design::{Feed, Layer};
 use hwgen_spec::device::Device;
-use hwgen_spec::schedule::{ACTIVATION_LATENCY, control_depth};
+use hwgen_spec::schedule::{activation_latency, control_depth};
 
 use super::adders::Sums;
 use super::array::{Array, Drain, Group, real};
@@ -85,7 +85,7 @@ impl LayerModel {
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer, device),
             units: Units::new(layer, device)
-                .map(|units| (units, Delay::new(2, ACTIVATION_LATENCY - 1), 0)),
+                .map(|units| (units, Delay::new(2, activation_latency(layer) - 1), 0)),
         }
     }
 

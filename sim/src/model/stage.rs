@@ -49,9 +49,7 @@ impl StageModel {
             nodes.push(Node {
                 name: quant.name.clone(),
                 layer: LayerModel::new(layer, device),
-                gather: (starts > 0).then(|| {
-                    Gather::new(quant.outputs(), layer.lanes, quant.output.width(), starts)
-                }),
+                gather: (starts > 0).then(|| Gather::new(layer, starts)),
                 streams: !layer.reads_whole(),
                 before,
             });

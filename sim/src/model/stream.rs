@@ -83,7 +83,8 @@ impl Slice {
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
     widths: Vec<u32>,
-    /// `[word][field]`
+    head: Vec<i64>,
+    /// Those behind the head: `[word][field]`.
     memory: Vec<i64>,
     write: usize,
     read: usize,
@@ -98,7 +99,8 @@ impl Queue {
     pub(super) fn new(widths: &[u32], depth: usize) -> Self {
         Self {
             widths: widths.to_vec(),
-            memory: vec![0; widths.len() * depth],
+            head: vec![0; widths.len()],
+            memory: vec![0; widths.len() * (depth - 1)],
             write: 0,
             read: 0,
             count: 0,
@@ -116,7 +118,7 @@ impl Queue {
     /// The fields of the head.
     #[inline]
     pub(super) fn head(&self) -> &[i64] {
-        &self.memory[self.read * self.widths.len()..][..self.widths.len()]
+        &self.head
     }
 
     /// `put` writes the fields of the word that is offered.
@@ -130,16 +132,26 @@ impl Queue {
     ) {
         let fields = self.widths.len();
         let (push, pop) = (offered && self.ready, self.valid && taken);
-        if push {
-            put(&mut self.memory[self.write * fields..][..fields]);
+        let more = self.count > 1;
+        let behind = push && self.valid && (more || !taken);
+        let moves_up = taken || !self.valid;
+        if moves_up && more {
+            let next = &self.memory[self.read * fields..][..fields];
+            self.head.copy_from_slice(next);
         }
-        let next = |at: usize, moves: bool| (at + usize::from(moves)) % self.depth;
+        if behind {
+            put(&mut self.memory[self.write * fields..][..fields]);
+        } else if moves_up && !more {
+            // Without a word behind it the head takes what is offered, be it a word or not.
+            put(&mut self.head);
+        }
+        let next = |at: usize, moves: bool| (at + usize::from(moves)) % (self.depth - 1);
         (self.write, self.read, self.count) = if reset {
             (0, 0, 0)
         } else {
             (
-                next(self.write, push),
-                next(self.read, pop),
+                next(self.write, behind),
+                next(self.read, pop && more),
                 self.count + usize::from(push) - usize::from(pop),
             )
         };
@@ -148,8 +160,9 @@ impl Queue {
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
-        probe.count("write_q", address_bits(self.depth), self.write);
-        probe.count("read_q", address_bits(self.depth), self.read);
+        probe.fields("head_q", &self.widths, &self.head);
+        probe.count("write_q", address_bits(self.depth - 1), self.write);
+        probe.count("read_q", address_bits(self.depth - 1), self.read);
         probe.count("count_q", counter_bits(self.depth), self.count);
         probe.bit("valid_q", self.valid);
         probe.bit("more_q", self.count > 1);
@@ -413,6 +426,10 @@ impl Ingress {
         let enables = |beat| self.moved && (inside.number == 0 || inside.number == beat);
         let enables: Vec<_> = (0..self.beats).map(|b| i64::from(enables(b))).collect();
         probe.words("enable_q3", 1, &enables);
+        let puts = inside.valid && self.room(frame_ready);
+        let writes: Vec<_> = enables.iter().map(|e| e & i64::from(puts)).collect();
+        probe.bit("put_q", puts);
+        probe.words("write_q", 1, &writes);
         probe.bit("valid_q", bound.valid);
         probe.bit("valid_q2", compared.valid);
         probe.bit("last_q", bound.last);
@@ -576,11 +593,15 @@ impl Egress {
         };
     }
 
-    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+    /// `load`: whether a frame comes in this clock.
+    pub(super) fn show<P: Probe>(&self, load: bool, probe: &mut P) {
         within(probe, format_args!("u_slice"), |p| self.slice.show(p));
         probe.words("slot_q", self.lane_bits, &self.slots);
         probe.count("left_q", counter_bits(self.beats), self.left);
-        probe.bit("next_q", self.left != 0 && self.slice.ready());
+        let sends = self.left != 0 && self.slice.ready();
+        probe.bit("load_q", load);
+        probe.bit("next_q", sends);
+        probe.bit("move_q", load || sends);
         probe.word("user_q", 2, self.user);
     }
 

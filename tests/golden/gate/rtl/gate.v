@@ -77,7 +77,7 @@ module gate (
     .error_o      (in_error)
   );
 
-  wire out_valid;
+  wire out_next;
   wire out_room;
   wire out_saturated;
   wire out_error;
@@ -91,7 +91,7 @@ module gate (
     .clipped_i    (in_clipped),
     .error_i      (in_error),
     .room_next_i  (out_room),
-    .frame_valid_o(out_valid),
+    .frame_next_o (out_next),
     .frame_o      (out_frame),
     .saturated_o  (out_saturated),
     .error_o      (out_error)
@@ -106,7 +106,7 @@ module gate (
     .clk_i        (aclk),
     .rst_i        (egress_rst_q2),
     .room_next_o  (out_room),
-    .frame_valid_i(out_valid),
+    .frame_next_i (out_next),
     .frame_i      (out_frame),
     .saturated_i  (out_saturated),
     .error_i      (out_error),

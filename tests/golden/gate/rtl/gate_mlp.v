@@ -22,7 +22,7 @@ module gate_mlp (
   input  wire        clipped_i,      // an input was outside of the box
   input  wire        error_i,        // the frame was too short or too long
   input  wire        room_next_i,    // an output frame may be given after this edge
-  output wire        frame_valid_o,  // one is given
+  output wire        frame_next_o,   // one is given in frame_o after this edge
   output wire [31:0] frame_o,
   output wire        saturated_o,    // an input or a word inside was clipped
   output wire        error_o
@@ -36,9 +36,10 @@ module gate_mlp (
   reg  leave_q = 1'b0;
   wire may_start;
   wire may_leave;
+  wire leave = room_next_i & may_leave;
   always @(posedge clk_i) begin
     start_q <= frame_next_i & may_start;
-    leave_q <= room_next_i & may_leave;
+    leave_q <= leave;
   end
 
   hwg_admit #(
@@ -137,7 +138,7 @@ module gate_mlp (
   wire [25:0] net_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg net_leave_q = 1'b0;
-  (* keep *) always @(posedge clk_i) net_leave_q <= room_next_i & may_leave;
+  (* keep *) always @(posedge clk_i) net_leave_q <= leave;
   (* keep *) reg net_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_rst_q2 <= ~rst_ni;
   hwg_queue #(
@@ -158,7 +159,7 @@ module gate_mlp (
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next & net_known_next;
   assign take_next_o   = may_start;
-  assign frame_valid_o = leave_q;
+  assign frame_next_o  = leave;
   assign saturated_o   = clipped | net_saturated;
   genvar i;
   generate

@@ -4,7 +4,8 @@
 // Function:  puts the beats of a frame in their places; start_o marks the clock in which the vector
 //            is whole, every bit of it alike, for readers that take many words at once. flag_o is
 //            the OR of the beats' flags.
-// Latency:   the vector is whole 1 clock after its last beat, and until the next beat comes.
+// Latency:   the vector is whole 1 clock after its last beat, and until the next beat comes; a clock
+//            later with HOP.
 // Reset:     the next beat is the first of a frame.
 // Model:     hwgen: sim/src/model/feed.rs, Gather
 `default_nettype none
@@ -13,6 +14,7 @@ module hwg_gather #(
   parameter integer WORDS  = 4,  // words of a vector, 1 or more
   parameter integer LANES  = 1,  // words of a beat, 1 or more
   parameter integer WIDTH  = 8,  // bits of a word
+  parameter integer HOP    = 0,  // 1: the words take a clock to a copy, for many places far away
   parameter integer STARTS = 1   // copies of start_o
 ) (
   input  wire                   clk_i,
@@ -29,39 +31,53 @@ module hwg_gather #(
   localparam integer BEAT  = LANES * WIDTH;
   localparam integer SLOTS = BEATS * LANES;  // the last beat may carry padding
 
+  localparam [BEATS-1:0] FIRST = 1;
+
+  wire            next;  // a beat after this edge
+  wire            flag;
+  wire [BEAT-1:0] data;
+
+  generate
+    if (HOP != 0) begin : g_hop
+      reg            flag_q = 1'b0;
+      reg [BEAT-1:0] data_q = {BEAT{1'b0}};
+      always @(posedge clk_i) begin
+        flag_q <= flag_i;
+        data_q <= data_i;
+      end
+      wire unused_next = next_i;
+      assign next = valid_i;
+      assign flag = flag_q;
+      assign data = data_q;
+    end else begin : g_at_once
+      wire unused_valid = valid_i;
+      assign next = next_i;
+      assign flag = flag_i;
+      assign data = data_i;
+    end
+  endgenerate
+
   // verilator lint_off UNUSED
   // The slots that hold the padding of the last beat are read by none.
   reg [SLOTS*WIDTH-1:0] slot_q  = {SLOTS*WIDTH{1'b0}};
   // verilator lint_on UNUSED
   reg                   flag_q  = 1'b0;
 
-  // A one for each beat of the frame that came, from below; the last one's place is the next frame's
-  // beginning. So the register itself tells, without a gate, whether the next beat is the last.
-  wire [BEATS-1:0] taken;
-  wire [BEATS-1:0] more = ~(~taken << 1);  // one beat more
-  wire [BEATS-1:0] here = more & ~taken;   // where the next beat goes
-  wire             last_d;                 // the beat after this edge, if one comes, is the last
+  // A one where the next beat goes. What writes a beat's places is known a clock ahead, so that it comes
+  // from a register of its own.
+  reg [BEATS-1:0] place_q = FIRST;
+  reg [BEATS-1:0] put_q   = {BEATS{1'b0}};
+  reg             valid_q = 1'b0;  // any of them
+  always @(posedge clk_i) begin
+    if (rst_i)     place_q <= FIRST;
+    else if (next) place_q <= (place_q << 1) | (place_q >> (BEATS - 1));
+    put_q   <= place_q & {BEATS{next & ~rst_i}};
+    valid_q <= next & ~rst_i;
+  end
 
-  generate
-    if (BEATS > 1) begin : g_taken
-      reg  [BEATS-2:0] taken_q = {(BEATS-1){1'b0}};
-      wire             last    = more[BEATS-1];
-      always @(posedge clk_i) begin
-        if (rst_i)        taken_q <= {(BEATS-1){1'b0}};
-        else if (valid_i) taken_q <= last ? {(BEATS-1){1'b0}} : more[BEATS-2:0];
-      end
-      assign taken  = {1'b0, taken_q};
-      assign last_d = valid_i ? ~last & more[BEATS-2] : last;
-    end else begin : g_whole
-      assign taken  = 1'b0;
-      assign last_d = 1'b1;
-    end
-  endgenerate
-
-  // What the copies take is known a clock ahead and comes from a register, with its load of copies
-  // alone.
-  reg complete_q = 1'b0;  // the last beat is here
-  always @(posedge clk_i) complete_q <= next_i & last_d & ~rst_i;
+  // That the last beat is here, for the copies alone: without `keep` it would be the last of put_q.
+  (* keep *) reg complete_q = 1'b0;
+  (* keep *) always @(posedge clk_i) complete_q <= next & place_q[BEATS-1] & ~rst_i;
 
   // Copies that drive a part of the readers' words each: `keep` keeps them.
   genvar g;
@@ -75,9 +91,9 @@ module hwg_gather #(
 
   integer i;
   always @(posedge clk_i) begin
-    if (valid_i) flag_q <= (flag_q & ~here[0]) | flag_i;
+    if (valid_q) flag_q <= (flag_q & ~put_q[0]) | flag;
     for (i = 0; i < BEATS; i = i + 1)
-      if (valid_i & here[i]) slot_q[i*BEAT +: BEAT] <= data_i;
+      if (put_q[i]) slot_q[i*BEAT +: BEAT] <= data;
   end
 
   assign flag_o   = flag_q;

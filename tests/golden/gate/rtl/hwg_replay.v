@@ -3,7 +3,7 @@
 //
 // Function:  after start_i, NEURON_FOLDS times over, the words SIMD at a time; address_o counts the
 //            clocks of a frame and is the address of the weights. Words beyond the last are zero.
-//            Every bit of start_i is the same; each one loads a part of the words.
+//            Every bit of start_i is the same; each one loads words that come to the same few multipliers.
 // Latency:   the first words are offered 1 clock after start_i; a vector every
 //            NEURON_FOLDS * SYNAPSE_FOLDS clocks, without a gap.
 // Overflow:  the stage's schedule keeps start_i away while a vector is in use.
@@ -68,7 +68,7 @@ module hwg_replay #(
   always @(posedge clk_i) begin
     if (start_i[0]) flag_q <= flag_i;
     for (i = 0; i < SLOTS; i = i + 1) begin
-      if (start_i[i*STARTS/SLOTS]) begin
+      if (start_i[((i % SIMD) * SYNAPSE_FOLDS + i / SIMD) * STARTS / SLOTS]) begin
         if (i < WORDS) slot_q[i*WIDTH +: WIDTH] <= vector_i[(i % WORDS)*WIDTH +: WIDTH];
         else           slot_q[i*WIDTH +: WIDTH] <= {WIDTH{1'b0}};
       end else begin

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// hwg_queue: a FIFO of several words, in a small memory.
+// hwg_queue: a FIFO of several words: the head in a register, the others in a small memory.
 //
 // Function:  words leave in the order in which they came; none is lost or doubled.
 // Latency:   1 clock; one word a clock. Both handshakes are registered, and whether a word is there is
 //            told a clock ahead.
 // Overflow:  impossible: a word is taken with ready_o high only.
-// Reset:     empties it; not ready while reset is held. The memory keeps its words.
+// Reset:     empties it; not ready while reset is held. Head and memory keep their words.
 // Model:     hwgen: sim/src/model/stream.rs, Queue
 `default_nettype none
 
@@ -23,20 +23,23 @@ module hwg_queue #(
   input  wire             ready_i,
   output wire [WIDTH-1:0] data_o
 );
-  localparam integer ADDRESS_WIDTH = $clog2(DEPTH);
+  localparam integer BEHIND        = DEPTH - 1;  // words of the memory
+  localparam integer ADDRESS_WIDTH = BEHIND > 1 ? $clog2(BEHIND) : 1;
   localparam integer COUNT_WIDTH   = $clog2(DEPTH + 1);
-  localparam integer LAST          = DEPTH - 1;
+  localparam integer LAST          = BEHIND - 1;
 
-  reg [WIDTH-1:0]         memory [0:DEPTH-1];
-  reg [ADDRESS_WIDTH-1:0] write_q = {ADDRESS_WIDTH{1'b0}};  // where the next word goes
-  reg [ADDRESS_WIDTH-1:0] read_q  = {ADDRESS_WIDTH{1'b0}};  // where the head is
+  reg [WIDTH-1:0]         head_q  = {WIDTH{1'b0}};
+  reg [WIDTH-1:0]         memory [0:BEHIND-1];
+  reg [ADDRESS_WIDTH-1:0] write_q = {ADDRESS_WIDTH{1'b0}};  // where the next word behind goes
+  reg [ADDRESS_WIDTH-1:0] read_q  = {ADDRESS_WIDTH{1'b0}};  // where the one behind the head is
   reg [COUNT_WIDTH-1:0]   count_q = {COUNT_WIDTH{1'b0}};
   reg                     valid_q = 1'b0;
   reg                     more_q  = 1'b0;  // there is a word behind the head
   reg                     ready_q = 1'b0;
 
-  wire push = valid_i & ready_q;
-  wire pop  = valid_q & ready_i;
+  wire push   = valid_i & ready_q;
+  wire pop    = valid_q & ready_i;
+  wire behind = push & valid_q & (more_q | ~ready_i);  // it is not the head at once
 
   // What is going to be there is told from what is, so that no path goes by way of a sum.
   localparam integer ONE = 1;
@@ -44,7 +47,7 @@ module hwg_queue #(
   wire one  = count_q == ONE[COUNT_WIDTH-1:0];
   wire two  = count_q == TWO[COUNT_WIDTH-1:0];
   wire many = ~one & ~two & valid_q;
-  wire near = count_q == LAST[COUNT_WIDTH-1:0];
+  wire near = count_q == BEHIND[COUNT_WIDTH-1:0];
   wire full = count_q == DEPTH[COUNT_WIDTH-1:0];
 
   always @(posedge clk_i) begin
@@ -53,8 +56,10 @@ module hwg_queue #(
       read_q  <= {ADDRESS_WIDTH{1'b0}};
       count_q <= {COUNT_WIDTH{1'b0}};
     end else begin
-      if (push) write_q <= write_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : write_q + 1'b1;
-      if (pop)  read_q  <= read_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : read_q + 1'b1;
+      if (behind)
+        write_q <= write_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : write_q + 1'b1;
+      if (pop & more_q)
+        read_q <= read_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : read_q + 1'b1;
       if (push != pop) count_q <= push ? count_q + 1'b1 : count_q - 1'b1;
     end
     valid_q <= valid_next_o;
@@ -62,13 +67,15 @@ module hwg_queue #(
     ready_q <= ~rst_i & (pop | ~(full | (near & push)));
   end
 
+  // Without a word behind it the head takes what is offered, be it a word or not.
   always @(posedge clk_i) begin
-    if (push) memory[write_q] <= data_i;
+    if (behind)             memory[write_q] <= data_i;
+    if (ready_i | ~valid_q) head_q <= more_q ? memory[read_q] : data_i;
   end
 
   genvar i;
   generate
-    for (i = 0; i < DEPTH; i = i + 1) begin : g_word
+    for (i = 0; i < BEHIND; i = i + 1) begin : g_word
       initial memory[i] = {WIDTH{1'b0}};
       // verilator lint_off UNUSED
       // Shows each word to a simulator's dump, and is nothing in hardware.
@@ -81,7 +88,7 @@ module hwg_queue #(
 
   assign valid_o = valid_q;
   assign ready_o = ready_q;
-  assign data_o  = memory[read_q];
+  assign data_o  = head_q;
 endmodule
 
 `default_nettype wire

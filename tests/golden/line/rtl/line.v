@@ -73,7 +73,7 @@ module line (
     .error_o      (in_error)
   );
 
-  wire out_valid;
+  wire out_next;
   wire out_room;
   wire out_saturated;
   wire out_error;
@@ -87,7 +87,7 @@ module line (
     .clipped_i    (in_clipped),
     .error_i      (in_error),
     .room_next_i  (out_room),
-    .frame_valid_o(out_valid),
+    .frame_next_o (out_next),
     .frame_o      (out_frame),
     .saturated_o  (out_saturated),
     .error_o      (out_error)
@@ -102,7 +102,7 @@ module line (
     .clk_i        (aclk),
     .rst_i        (egress_rst_q2),
     .room_next_o  (out_room),
-    .frame_valid_i(out_valid),
+    .frame_next_i (out_next),
     .frame_i      (out_frame),
     .saturated_i  (out_saturated),
     .error_i      (out_error),

@@ -3,7 +3,7 @@
 //
 // Function:  word w leaves in beat w / BEAT_WORDS, lane w % BEAT_WORDS; lanes beyond the last word are
 //            zero. TLAST marks the last beat, TUSER = {error, saturated} holds for the whole frame.
-//            Room for a frame is told a clock ahead, so that frame_valid_i comes from a register.
+//            Room for a frame, and that one comes, are told a clock ahead.
 // Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks, one more if
 //            not EAGER.
 // Reset:     drops the frame that is being sent.
@@ -19,7 +19,7 @@ module hwg_egress #(
   input  wire                             clk_i,
   input  wire                             rst_i,
   output wire                             room_next_o,    // a frame may come after this edge
-  input  wire                             frame_valid_i,  // a frame comes; only where there was room
+  input  wire                             frame_next_i,   // one comes; only where there is room
   input  wire [WORDS*LANE_WIDTH-1:0]      frame_i,
   input  wire                             saturated_i,
   input  wire                             error_i,
@@ -37,32 +37,42 @@ module hwg_egress #(
   reg [SLOTS*LANE_WIDTH-1:0] slot_q = {SLOTS*LANE_WIDTH{1'b0}};
   reg [LEFT_WIDTH-1:0]       left_q = {LEFT_WIDTH{1'b0}};  // beats still to send
   reg [1:0]                  user_q = 2'b0;
-  reg                        next_q = 1'b0;                // the slice takes a beat: beat_valid & beat_ready
+
+  // All are decided a clock ahead, for they move the whole frame.
+  reg next_q = 1'b0;  // the slice takes a beat: beat_valid & beat_ready
+  reg move_q = 1'b0;  // it does, or a frame comes
+
+  // A frame comes; `keep`, for the sender has the same in a register.
+  (* keep *) reg load_q = 1'b0;
+  (* keep *) always @(posedge clk_i) load_q <= frame_next_i;
 
   wire beat_valid = left_q != {LEFT_WIDTH{1'b0}};
   wire beat_last  = left_q == ONE[LEFT_WIDTH-1:0];
   wire unused_ready;
   wire beat_ready_next;
-  wire [LEFT_WIDTH-1:0] left_d = frame_valid_i           ? BEATS[LEFT_WIDTH-1:0] :
-                                 next_q                  ? left_q - 1'b1 : left_q;
+  wire [LEFT_WIDTH-1:0] left_d = load_q ? BEATS[LEFT_WIDTH-1:0] :
+                                 next_q ? left_q - 1'b1 : left_q;
+  wire next_d = ~rst_i & (left_d != {LEFT_WIDTH{1'b0}}) & beat_ready_next;
 
   always @(posedge clk_i) begin
     if (rst_i) left_q <= {LEFT_WIDTH{1'b0}};
     else       left_q <= left_d;
-    // A clock ahead, for it moves the whole frame.
-    next_q <= ~rst_i & (left_d != {LEFT_WIDTH{1'b0}}) & beat_ready_next;
+    next_q <= next_d;
+    move_q <= frame_next_i | next_d;
   end
 
   integer i;
   always @(posedge clk_i) begin
-    if (frame_valid_i) begin
-      user_q <= {error_i, saturated_i};
-      for (i = 0; i < SLOTS; i = i + 1)
-        if (i < WORDS) slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= frame_i[(i % WORDS)*LANE_WIDTH +: LANE_WIDTH];
-        else           slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= {LANE_WIDTH{1'b0}};
-    end else if (next_q) begin
-      for (i = 0; i < SLOTS - BEAT_WORDS; i = i + 1)
-        slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= slot_q[(i+BEAT_WORDS)*LANE_WIDTH +: LANE_WIDTH];
+    if (load_q) user_q <= {error_i, saturated_i};
+    if (move_q) begin
+      if (load_q) begin
+        for (i = 0; i < SLOTS; i = i + 1)
+          if (i < WORDS) slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= frame_i[(i % WORDS)*LANE_WIDTH +: LANE_WIDTH];
+          else           slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= {LANE_WIDTH{1'b0}};
+      end else begin
+        for (i = 0; i < SLOTS - BEAT_WORDS; i = i + 1)
+          slot_q[i*LANE_WIDTH +: LANE_WIDTH] <= slot_q[(i+BEAT_WORDS)*LANE_WIDTH +: LANE_WIDTH];
+      end
     end
   end
 

@@ -23,7 +23,7 @@ module pair_mlp (
   input  wire         clipped_i,      // an input was outside of the box
   input  wire         error_i,        // the frame was too short or too long
   input  wire         room_next_i,    // an output frame may be given after this edge
-  output wire         frame_valid_o,  // one is given
+  output wire         frame_next_o,   // one is given in frame_o after this edge
   output wire [127:0] frame_o,
   output wire         saturated_o,    // an input or a word inside was clipped
   output wire         error_o
@@ -37,9 +37,10 @@ module pair_mlp (
   reg  leave_q = 1'b0;
   wire may_start;
   wire may_leave;
+  wire leave = room_next_i & may_leave;
   always @(posedge clk_i) begin
     start_q <= frame_next_i & may_start;
-    leave_q <= room_next_i & may_leave;
+    leave_q <= leave;
   end
 
   hwg_admit #(
@@ -83,7 +84,7 @@ module pair_mlp (
   pair_shared_l0 u_shared_l0 (
     .clk_i   (clk_i),
     .rst_i   (shared_l0_rst_q2),
-    .start_i (start_q),
+    .start_i ({2{start_q}}),
     .flag_i  (1'b0),
     .vector_i(frame_i),
     .next_o  (shared_l0_next),
@@ -129,14 +130,14 @@ module pair_mlp (
     .flag_o  (turn_l0_flag),
     .words_o (turn_l0_words)
   );
-  wire turn_l0_start;
+  wire [1:0] turn_l0_start;
   wire turn_l0_clipped;
   wire [69:0] turn_l0_vector;
   hwg_gather #(
     .WORDS (5),
     .LANES (1),
     .WIDTH (14),
-    .STARTS(1)
+    .STARTS(2)
   ) u_turn_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_l0_rst_q2),
@@ -159,7 +160,7 @@ module pair_mlp (
   pair_turn_l1 u_turn_l1 (
     .clk_i   (clk_i),
     .rst_i   (turn_l1_rst_q2),
-    .start_i (turn_l0_start),
+    .start_i (turn_l0_start[0 +: 2]),
     .flag_i  (turn_l0_clipped),
     .vector_i(turn_l0_vector),
     .next_o  (unused_turn_l1_next),
@@ -271,7 +272,7 @@ module pair_mlp (
   wire [59:0] turn_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg turn_leave_q = 1'b0;
-  (* keep *) always @(posedge clk_i) turn_leave_q <= room_next_i & may_leave;
+  (* keep *) always @(posedge clk_i) turn_leave_q <= leave;
   (* keep *) reg turn_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_rst_q2 <= ~rst_ni;
   hwg_queue #(
@@ -297,7 +298,7 @@ module pair_mlp (
   wire [19:0] size_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
   (* keep *) reg size_leave_q = 1'b0;
-  (* keep *) always @(posedge clk_i) size_leave_q <= room_next_i & may_leave;
+  (* keep *) always @(posedge clk_i) size_leave_q <= leave;
   (* keep *) reg size_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_rst_q2 <= ~rst_ni;
   hwg_queue #(
@@ -318,7 +319,7 @@ module pair_mlp (
   // A frame leaves when all networks have answered.
   assign may_leave     = known_next & turn_known_next & size_known_next;
   assign take_next_o   = may_start;
-  assign frame_valid_o = leave_q;
+  assign frame_next_o  = leave;
   assign saturated_o   = clipped | turn_saturated | size_saturated;
   genvar i;
   generate

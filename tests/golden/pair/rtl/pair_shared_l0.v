@@ -15,7 +15,7 @@
 module pair_shared_l0 (
   input  wire        clk_i,
   input  wire        rst_i,
-  input  wire        start_i,   // the vector is whole
+  input  wire [1:0]  start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [64:0] vector_i,
   output wire        next_o,    // valid_o after this edge
@@ -37,7 +37,7 @@ module pair_shared_l0 (
     .SYNAPSE_FOLDS(2),
     .NEURON_FOLDS (7),
     .ADDRESS_WIDTH(4),
-    .STARTS       (1)
+    .STARTS       (2)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),

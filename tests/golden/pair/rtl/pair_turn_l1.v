@@ -15,7 +15,7 @@
 module pair_turn_l1 (
   input  wire        clk_i,
   input  wire        rst_i,
-  input  wire        start_i,   // the vector is whole
+  input  wire [1:0]  start_i,   // the vector is whole
   input  wire        flag_i,    // a word before was clipped
   input  wire [69:0] vector_i,
   output wire        next_o,    // valid_o after this edge
@@ -37,7 +37,7 @@ module pair_turn_l1 (
     .SYNAPSE_FOLDS(3),
     .NEURON_FOLDS (3),
     .ADDRESS_WIDTH(4),
-    .STARTS       (1)
+    .STARTS       (2)
   ) u_replay (
     .clk_i    (clk_i),
     .rst_i    (rst_i),
