@@ -2,7 +2,7 @@
 //!
 //! Flip-flops are the registers that the cycle model has, but for those inside the device's blocks.
 //! Look-up tables are counted from what stands in front of the registers: an adder takes one a bit, a
-//! ROM in logic one for every sixteen words of each bit that no other bit repeats. What the rules
+//! ROM in logic one for as many words as it holds, of each bit that no other bit repeats. What the rules
 //! leave out is stated beside the measured numbers in docs/measurements.md.
 
 use std::collections::{BTreeMap, HashSet};
@@ -14,8 +14,8 @@ use hwgen_spec::device::{Device, Sites};
 
 use crate::synth::netlist::{Part, place};
 
-/// Words that a look-up table of four inputs holds, a bit each.
-const LUT_WORDS: usize = 16;
+/// Words of a small memory.
+const MEMORY_WORDS: usize = 16;
 
 /// Look-up tables that a memory of sixteen words of four bits takes the place of.
 const LUTS_OF_MEMORY: u64 = 6;
@@ -177,7 +177,7 @@ fn luts(lut4: u64) -> Sites {
 
 /// A queue in memories of sixteen words of four bits, with the choice among these.
 fn queue(bits: u64, depth: usize) -> Sites {
-    let rows = depth.div_ceil(LUT_WORDS) as u64;
+    let rows = depth.div_ceil(MEMORY_WORDS) as u64;
     luts(rows * bits.div_ceil(4) * LUTS_OF_MEMORY + bits * rows / 2 + 16)
 }
 
@@ -294,7 +294,7 @@ fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
         };
     }
     Sites {
-        lut4: (kept * words.len().div_ceil(LUT_WORDS)) as u64,
+        lut4: (kept * words.len().div_ceil(1 << device.lut_inputs)) as u64,
         ff: kept as u64,
         ..Sites::default()
     }

@@ -135,13 +135,21 @@ impl Synthesis {
 }
 
 /// What a netlist takes more of than a device has: kind, number taken, number there.
-pub fn shortages(netlist: Sites, device: &Device) -> Vec<(&'static str, u64, u64)> {
+pub fn shortages(netlist: Sites, device: &Device) -> Vec<(String, u64, u64)> {
+    let flip_flops = device.lut4.map(|lut4| lut4 * device.flip_flops_per_lut);
     let kinds = [
-        ("LUT4", netlist.lut4, device.lut4),
-        // A flip-flop stands beside each table.
-        ("flip-flops", netlist.ff, device.lut4),
-        ("multipliers", netlist.multipliers, device.multipliers),
-        ("block memories", netlist.block_rams, device.block_rams),
+        (device.lut_name(), netlist.lut4, device.lut4),
+        ("flip-flops".into(), netlist.ff, flip_flops),
+        (
+            "multipliers".into(),
+            netlist.multipliers,
+            device.multipliers,
+        ),
+        (
+            "block memories".into(),
+            netlist.block_rams,
+            device.block_rams,
+        ),
     ];
     kinds
         .into_iter()
@@ -256,9 +264,13 @@ impl Plan<'_> {
         }
         let top = format!("{}_shell", self.source.design.name());
         script.push_str(&format!(
-            "read_verilog shell.v\n{} -top {top}\nwrite_json netlist.part.json\nstat\n",
+            "read_verilog shell.v\n{} -top {top}\n",
             synthesis.command
         ));
+        for command in &synthesis.after {
+            script.push_str(&format!("{command}\n"));
+        }
+        script.push_str("write_json netlist.part.json\nstat\n");
         script
     }
 

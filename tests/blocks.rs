@@ -20,6 +20,11 @@ const ICE40: [&str; 2] = [
     include_str!("../rtl/devices/ice40/SB_MAC16.v"),
 ];
 
+const NEXUS: [&str; 2] = [
+    include_str!("../rtl/devices/nexus/hwg_mul.v"),
+    include_str!("../rtl/devices/nexus/MULT18X18.v"),
+];
+
 const PORTABLE_PAIR: &str = include_str!("../rtl/lib/hwg_pair.v");
 const ECP5_PAIR: [&str; 2] = [
     include_str!("../rtl/devices/ecp5/hwg_pair.v"),
@@ -108,6 +113,7 @@ fn a_block_multiplies_like_the_portable_multiplier() {
     for (own, widths) in [
         (ECP5, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
         (ICE40, [(4, 4), (16, 16), (16, 14), (3, 12), (18, 16)]),
+        (NEXUS, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
     ] {
         for (a, b) in widths {
             let [equal, unequal, nonzero] = against_portable(&own, (a, b));
@@ -128,7 +134,9 @@ fn an_unsigned_block_or_a_clock_less_is_seen() {
         .replace("assign p_o = r_q;", "assign p_o = p_q;");
     assert!(unsigned != ICE40[0] && early != ECP5[0]);
     let early = early.replace("always @(posedge clk_i) r_q <= p_i;", "");
-    for own in [[&unsigned, ICE40[1]], [&early, ECP5[1]]] {
+    let half = NEXUS[0].replace(".SIGNEDB(1'b1)", ".SIGNEDB(1'b0)");
+    assert!(half != NEXUS[0]);
+    for own in [[&unsigned, ICE40[1]], [&early, ECP5[1]], [&half, NEXUS[1]]] {
         let [_, unequal, _] = against_portable(&own, (16, 16));
         assert!(unequal > 1000);
     }
@@ -238,6 +246,28 @@ fn our_model_of_the_ice40_block_is_equal_to_that_of_yosys() {
     assert!(theirs.contains("module YOSYS_MAC16(") && !theirs.contains("parameter"));
     let mut sources: Vec<String> = ICE40.iter().map(|text| (*text).to_owned()).collect();
     sources.extend([body, theirs, bench(16, 16, 2000, "theirs")]);
+    let [equal, unequal, nonzero] = compare(&sources, directory.path());
+    assert_eq!((equal, unequal), (1997, 0));
+    assert!(nonzero > 500);
+}
+
+/// Likewise that of a Nexus, whose model of Yosys's is built of others.
+#[test]
+fn our_model_of_the_nexus_block_is_equal_to_that_of_yosys() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let script = "read_verilog +/nexus/cells_sim.v; hierarchy -top MULT18X18; rename MULT18X18 \
+        YOSYS_MULT; proc; flatten; opt_clean; write_verilog -noattr theirs.v";
+    let theirs = written_by_yosys(script, directory.path());
+    assert!(theirs.contains("module YOSYS_MULT(") && !theirs.contains("parameter"));
+    let (before, rest) = NEXUS[0].split_once("MULT18X18 #(").expect("an instance");
+    let (_, after) = rest.split_once(") u_block").expect("its parameters");
+    let body = renamed(
+        &format!("{before}YOSYS_MULT u_block{after}"),
+        "hwg_mul",
+        "theirs",
+    );
+    let mut sources: Vec<String> = NEXUS.iter().map(|text| (*text).to_owned()).collect();
+    sources.extend([body, theirs, bench(18, 18, 2000, "theirs")]);
     let [equal, unequal, nonzero] = compare(&sources, directory.path());
     assert_eq!((equal, unequal), (1997, 0));
     assert!(nonzero > 500);

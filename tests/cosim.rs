@@ -38,6 +38,8 @@ const AXES: &[(&str, usize)] = &[
     ("adders in levels", 8),
     ("sums of nothing", 3),
     ("activations' multipliers in logic", 3),
+    ("words by way of a copy", 3),
+    ("segments in several tables", 1),
     ("neurons that take turns", 5),
     ("accumulators", 20),
     ("no accumulators", 20),

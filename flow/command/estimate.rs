@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut json = design_facts(&bundle)?;
     let available = Sites {
         lut4: device.lut4.unwrap_or(0).into(),
-        ff: device.lut4.unwrap_or(0).into(),
+        ff: (device.lut4.unwrap_or(0) * device.flip_flops_per_lut).into(),
         multipliers: device.multipliers.unwrap_or(0).into(),
         block_rams: device.block_rams.unwrap_or(0).into(),
     };
@@ -61,8 +61,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let text = format!(
         "{}\n{}\n{}",
         describe(&design, &bundle),
-        sites::by_part("estimate", &parts),
-        sites::of_device("estimate", &cells, &available)
+        sites::by_part("estimate", device, &parts),
+        sites::of_device("estimate", device, &cells, &available)
     );
     let failure = (!short.is_empty()).then(|| {
         let words = sites::in_words(&short);

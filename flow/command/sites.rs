@@ -1,21 +1,23 @@
 //! Sites of a device, in words.
 
-use hwgen_spec::device::Sites;
+use hwgen_spec::device::{Device, Sites};
 
 use crate::layout::{columns, row};
 use crate::synth::netlist::Part;
 
 type Count = fn(&Sites) -> u64;
 
-const KINDS: [(&str, Count); 4] = [
-    ("LUT4", |sites| sites.lut4),
-    ("flip-flops", |sites| sites.ff),
-    ("multipliers", |sites| sites.multipliers),
-    ("block memories", |sites| sites.block_rams),
-];
+fn kinds(device: &Device) -> [(String, Count); 4] {
+    [
+        (device.lut_name(), |sites| sites.lut4),
+        ("flip-flops".into(), |sites| sites.ff),
+        ("multipliers".into(), |sites| sites.multipliers),
+        ("block memories".into(), |sites| sites.block_rams),
+    ]
+}
 
 /// A line for each layer, and for what stands beside them.
-pub(super) fn by_part(title: &str, parts: &[Part]) -> String {
+pub(super) fn by_part(title: &str, device: &Device, parts: &[Part]) -> String {
     let mut sums: Vec<(&str, Sites)> = Vec::new();
     for part in parts {
         match sums.last_mut() {
@@ -27,7 +29,8 @@ pub(super) fn by_part(title: &str, parts: &[Part]) -> String {
         .iter()
         .fold(Sites::default(), |sum, (_, sites)| sum + *sites);
     sums.push(("all", all));
-    let mut rows = vec![row![title, KINDS[0].0, KINDS[1].0, KINDS[2].0, KINDS[3].0]];
+    let [(lut, _), (ff, _), (multipliers, _), (memories, _)] = kinds(device);
+    let mut rows = vec![row![title, lut, ff, multipliers, memories]];
     rows.extend(
         sums.iter()
             .map(|(name, s)| row![name, s.lut4, s.ff, s.multipliers, s.block_rams]),
@@ -36,9 +39,9 @@ pub(super) fn by_part(title: &str, parts: &[Part]) -> String {
 }
 
 /// What is taken of what is there.
-pub(super) fn of_device(title: &str, cells: &Sites, available: &Sites) -> String {
+pub(super) fn of_device(title: &str, device: &Device, cells: &Sites, available: &Sites) -> String {
     let mut rows = vec![row![title, "taken", "there", "%"]];
-    for (kind, of) in KINDS {
+    for (kind, of) in kinds(device) {
         let (taken, there) = (of(cells), of(available));
         let share = 100.0 * taken as f64 / there.max(1) as f64;
         rows.push(row![kind, taken, there, format!("{share:.0}")]);
@@ -47,7 +50,7 @@ pub(super) fn of_device(title: &str, cells: &Sites, available: &Sites) -> String
 }
 
 /// Kinds of which there are too few: taken, and there.
-pub(super) fn in_words(short: &[(&str, u64, u64)]) -> String {
+pub(super) fn in_words(short: &[(String, u64, u64)]) -> String {
     let words = short.iter().map(|(kind, taken, there)| {
         format!("{} {kind} too few ({taken} of {there})", taken - there)
     });

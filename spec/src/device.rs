@@ -30,6 +30,10 @@ pub struct Device {
     /// Look-up tables of four inputs, or of as many as the family's have; none for `generic`, whose size is
     /// not known.
     pub lut4: Option<u32>,
+    /// Inputs of a look-up table.
+    pub lut_inputs: u32,
+    /// Flip-flops beside each of them.
+    pub flip_flops_per_lut: u32,
     /// Multipliers.
     pub multipliers: Option<u32>,
     /// Bits of either operand of a multiplier, sign included.
@@ -66,6 +70,11 @@ pub struct Device {
 }
 
 impl Device {
+    /// What a look-up table is called.
+    pub fn lut_name(&self) -> String {
+        format!("LUT{}", self.lut_inputs)
+    }
+
     /// Whether a ROM of so many words goes to logic, not to block memories.
     pub fn rom_in_logic(&self, words: usize) -> bool {
         words <= crate::design::to_usize(self.logic_rom_words)
@@ -122,6 +131,9 @@ pub struct Synthesis {
     pub library: Option<String>,
     /// The command.
     pub command: String,
+    /// What is to be done after it.
+    #[serde(default)]
+    pub after: Vec<String>,
     /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none. Empty
     /// where there is no device.
     #[serde(default)]
@@ -295,6 +307,10 @@ struct FamilyFile {
     #[serde(default)]
     multiplier_shows_operands: bool,
     block_ram_bits: Option<u32>,
+    #[serde(default = "four")]
+    lut_inputs: u32,
+    #[serde(default = "one")]
+    flip_flops_per_lut: u32,
     #[serde(default)]
     no_adders: bool,
     #[serde(default)]
@@ -310,6 +326,14 @@ struct FamilyFile {
     copy_latency: usize,
     place: Option<Place>,
     device: Vec<Entry>,
+}
+
+fn four() -> u32 {
+    4
+}
+
+fn one() -> u32 {
+    1
 }
 
 #[derive(Deserialize)]
@@ -379,6 +403,8 @@ pub fn all() -> &'static [Device] {
                     vendors: family.vendors.clone(),
                     part: entry.part,
                     lut4: entry.lut4,
+                    lut_inputs: family.lut_inputs,
+                    flip_flops_per_lut: family.flip_flops_per_lut,
                     multipliers: entry.multipliers,
                     multiplier_bits: family.multiplier_bits,
                     multiplier_shows_operands: family.multiplier_shows_operands,

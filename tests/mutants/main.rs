@@ -3,6 +3,7 @@
 //! A check that can't fail proves nothing. Every row of the table is one edit of one file of a
 //! bundle; the control is the same bundle without an edit.
 
+mod far;
 mod fixture;
 mod places;
 mod short;

@@ -149,9 +149,9 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "queue shows its newest word",
         file: "rtl/hwg_queue.v",
-        find: "assign data_o  = memory[read_q];",
-        replace: "assign data_o  = memory[write_q];",
-        signal: "mutant.u_egress.slot_q",
+        find: "more_q ? memory[read_q] : data_i;",
+        replace: "more_q ? memory[write_q] : data_i;",
+        signal: "mutant.u_mlp.u_b_answers.head_q",
     },
     Mutant {
         name: "queue forgets what is behind its head",
@@ -163,9 +163,23 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "queue writes over its head",
         file: "rtl/hwg_queue.v",
-        find: "if (push) memory[write_q]",
-        replace: "if (push) memory[read_q]",
+        find: "memory[write_q] <= data_i;",
+        replace: "memory[read_q] <= data_i;",
         signal: "mutant.u_mlp.u_frames.g_word[0].word",
+    },
+    Mutant {
+        name: "queue's head held while it goes",
+        file: "rtl/hwg_queue.v",
+        find: "if (ready_i | ~valid_q) head_q",
+        replace: "if (~valid_q) head_q",
+        signal: "mutant.u_mlp.u_b_answers.head_q",
+    },
+    Mutant {
+        name: "queue keeps a word twice",
+        file: "rtl/hwg_queue.v",
+        find: "push & valid_q & (more_q | ~ready_i);",
+        replace: "push & valid_q;",
+        signal: "mutant.u_mlp.u_a_answers.write_q",
     },
     Mutant {
         name: "drain turned round",
@@ -289,8 +303,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "sign of tanh a clock early",
         file: "rtl/hwg_pwl.v",
-        find: "negative_q[5] ?",
-        replace: "negative_q[4] ?",
+        find: "negative_q[TABLE+4] ?",
+        replace: "negative_q[TABLE+3] ?",
         signal: "mutant.u_mlp.u_a_l0.g_act[1].u_pwl.y_q",
     },
     Mutant {
@@ -415,9 +429,30 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "a beat is sent whether there is room or not",
         file: "rtl/hwg_egress.v",
-        find: " & beat_ready_next;\n  end",
-        replace: ";\n  end",
+        find: "(left_d != {LEFT_WIDTH{1'b0}}) & beat_ready_next;",
+        replace: "(left_d != {LEFT_WIDTH{1'b0}});",
         signal: "mutant.u_egress.next_q",
+    },
+    Mutant {
+        name: "a frame is not loaded",
+        file: "rtl/hwg_egress.v",
+        find: "move_q <= frame_next_i | next_d;",
+        replace: "move_q <= next_d;",
+        signal: "mutant.u_egress.move_q",
+    },
+    Mutant {
+        name: "a beat goes over a frame that waits",
+        file: "rtl/hwg_ingress.v",
+        find: "~rst_i & valid_d3 & room_d;",
+        replace: "~rst_i & valid_d3;",
+        signal: "mutant.u_ingress.put_q",
+    },
+    Mutant {
+        name: "a beat is written wherever it comes from",
+        file: "rtl/hwg_ingress.v",
+        find: "enable_d3 & {BEATS{put_d}};",
+        replace: "{BEATS{put_d}};",
+        signal: "mutant.u_ingress.write_q",
     },
     Mutant {
         name: "TREADY stuck high",
@@ -541,15 +576,15 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "flag of the last beat only",
         file: "rtl/hwg_gather.v",
-        find: "(flag_q & ~here[0]) | flag_i",
-        replace: "flag_i",
+        find: "(flag_q & ~put_q[0]) | flag;",
+        replace: "flag;",
         signal: "mutant.u_mlp.u_a_l1_gather.flag_q",
     },
     Mutant {
         name: "vector called whole at its first beat",
         file: "rtl/hwg_gather.v",
-        find: "next_i & last_d & ~rst_i",
-        replace: "next_i & ~rst_i",
+        find: "next & place_q[BEATS-1] & ~rst_i",
+        replace: "next & ~rst_i",
         signal: "mutant.u_mlp.u_shared_l0_gather.complete_q",
     },
     Mutant {
@@ -564,7 +599,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_requant.v",
         find: "next_o    = valid_q[STAGES-2];",
         replace: "next_o    = valid_q[STAGES-3];",
-        signal: "mutant.u_mlp.u_shared_l0_gather.complete_q",
+        signal: "mutant.u_mlp.u_shared_l0_gather.place_q",
     },
     Mutant {
         name: "word of a table survives a reset",
@@ -576,16 +611,23 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "vector fills from the top",
         file: "rtl/hwg_gather.v",
-        find: "slot_q[i*BEAT +: BEAT] <= data_i;",
-        replace: "slot_q[(BEATS-1-i)*BEAT +: BEAT] <= data_i;",
+        find: "slot_q[i*BEAT +: BEAT] <= data;",
+        replace: "slot_q[(BEATS-1-i)*BEAT +: BEAT] <= data;",
         signal: "mutant.u_mlp.u_shared_l0_gather.slot_q",
     },
     Mutant {
         name: "a vector does not end",
         file: "rtl/hwg_gather.v",
-        find: "taken_q <= last ? {(BEATS-1){1'b0}} : more[BEATS-2:0];",
-        replace: "taken_q <= more[BEATS-2:0];",
-        signal: "mutant.u_mlp.u_shared_l0_gather.g_taken.taken_q",
+        find: "(place_q << 1) | (place_q >> (BEATS - 1))",
+        replace: "place_q << 1",
+        signal: "mutant.u_mlp.u_shared_l0_gather.place_q",
+    },
+    Mutant {
+        name: "a beat is put in its place in a reset",
+        file: "rtl/hwg_gather.v",
+        find: "place_q & {BEATS{next & ~rst_i}};",
+        replace: "place_q & {BEATS{next}};",
+        signal: "mutant.u_mlp.u_shared_l0_gather.put_q",
     },
     Mutant {
         name: "replay turns by one word",

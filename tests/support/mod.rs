@@ -120,6 +120,8 @@ pub fn axes(net: &FloatNet, design: &Design) -> BTreeSet<&'static str> {
             "activations' multipliers in logic",
             layer.activation_in_logic && quant.table.is_some(),
         );
+        mark("words by way of a copy", layer.gather_latency > 1);
+        mark("segments in several tables", layer.segment_latency > 1);
         mark(
             "neurons that take turns",
             layer.turns() > 1 && layer.accumulates(),

@@ -36,10 +36,15 @@ pub(super) fn text(
         device.name,
         tools.join(", ")
     );
-    text.push_str(&sites::by_part("netlist", &synthesis.parts));
+    text.push_str(&sites::by_part("netlist", device, &synthesis.parts));
     if let Some(route) = synthesis.routes.first() {
         text.push('\n');
-        text.push_str(&sites::of_device("placed", &route.cells, &route.available));
+        text.push_str(&sites::of_device(
+            "placed",
+            device,
+            &route.cells,
+            &route.available,
+        ));
     }
     let mut rows = vec![row![
         "seed",

@@ -18,9 +18,11 @@ module hwg_mul #(
   input  wire signed [B_WIDTH-1:0]         b_i,
   output wire signed [A_WIDTH+B_WIDTH-1:0] p_o
 );
+  // In a DSP block, by the names under which AMD's, Intel's and Lattice's tools know it.
+  (* use_dsp = "yes", multstyle = "dsp", syn_multstyle = "block_mult" *)
+  reg signed [A_WIDTH+B_WIDTH-1:0] p_q = {(A_WIDTH+B_WIDTH){1'b0}};
   reg signed [A_WIDTH-1:0]         a_q = {A_WIDTH{1'b0}};
   reg signed [B_WIDTH-1:0]         b_q = {B_WIDTH{1'b0}};
-  reg signed [A_WIDTH+B_WIDTH-1:0] p_q = {(A_WIDTH+B_WIDTH){1'b0}};
   reg signed [A_WIDTH+B_WIDTH-1:0] r_q = {(A_WIDTH+B_WIDTH){1'b0}};
 
   always @(posedge clk_i) begin
