@@ -219,23 +219,27 @@ impl Place<'_> {
                     meaning.fraction = (register == "g_extra.shifted_q").then_some(x + w + up);
                 }
             }
-        } else if let Some((lane, register)) = indexed(path, "g_act[") {
+        } else if let Some((unit, register)) = indexed(path, "g_act[") {
             let own = usize::from(quant.max_extra_shift() > 0);
+            // Clocks behind the argument: of the segments' ROM, then a clock a register.
+            let rom = 1 + self.layer.segment_latency;
             let (behind, fraction) = match register {
                 "u_pwl.magnitude_q" => (1, Some(quant.pre.fraction())),
-                "u_pwl.distance_q" => (2, Some(quant.pre.fraction())),
-                "u_segments.data_q" => (2, None),
-                "u_mul.a_q" | "u_mul.b_q" => (3, None),
-                "u_mul.p_q" if self.layer.activation_in_logic => (5, None),
-                "u_mul.p_q" => (4, None),
-                "u_mul.r_q" => (5, None),
-                pair if pair.starts_with("u_mul.g_pair[") => (3, None),
-                quad if quad.starts_with("u_mul.g_quad[") => (4, None),
-                "u_pwl.sum_q" => (6, None),
-                "u_pwl.y_q" => (7, Some(quant.output.fraction())),
+                "u_pwl.distance_q" => (2 + lane, Some(quant.pre.fraction())),
+                table if table.starts_with("u_segments.table") => (2, None),
+                "u_segments.above_q" => (2, None),
+                "u_segments.data_q" => (rom, None),
+                "u_mul.a_q" | "u_mul.b_q" => (rom + 1, None),
+                "u_mul.p_q" if self.layer.activation_in_logic => (rom + 3, None),
+                "u_mul.p_q" => (rom + 2, None),
+                "u_mul.r_q" => (rom + 3, None),
+                pair if pair.starts_with("u_mul.g_pair[") => (rom + 1, None),
+                quad if quad.starts_with("u_mul.g_quad[") => (rom + 2, None),
+                "u_pwl.sum_q" => (rom + 4, None),
+                "u_pwl.y_q" => (rom + 5, Some(quant.output.fraction())),
                 _ => return,
             };
-            self.lane(lane, 4 + own + behind, None, meaning);
+            self.lane(unit, 4 + own + behind, None, meaning);
             meaning.fraction = fraction;
         }
     }

@@ -11,9 +11,9 @@ use hwgen_spec::network::{
 use hwgen_spec::options::{Budget, Options};
 use nalgebra::DMatrix;
 
-use super::support::{assert_verified, axes, check, emit};
+use super::support::{assert_verified, axes, check, check_source, emit};
 use super::table::Mutant;
-use super::{ICARUS, hunt};
+use super::{ICARUS, edit, hunt};
 
 /// Ten beats of a vector, and 128 segments on a device whose tables have 64 words.
 fn fixture() -> (FloatNet, Options) {
@@ -120,4 +120,43 @@ fn the_fixture_has_what_mutants_of_distance_need() {
 #[test]
 fn every_mutant_of_distance_is_found() {
     hunt(MUTANTS, bundle);
+}
+
+/// A line of the upper table gone wrong where it leaves the ROM, and four clocks later: the neuron is the
+/// same, and so are the words between.
+#[test]
+fn a_neuron_behind_several_tables_is_named() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (net, options) = fixture();
+    let design = Design::new(&net, &options).expect("legal");
+    let layer = &design.perceptron().networks[0].layers[0];
+    let table = layer.quant.table.as_ref().expect("a table");
+    let offset = table.line_of(70).0;
+    assert_eq!(table.lines().filter(|line| line.0 == offset).count(), 1);
+    let slope = table.slope_width();
+    let find = |file: &str, find: &str, replace: String| {
+        let (bundle, source) = bundle(directory.path(), &file.replace('.', "_"));
+        edit(&bundle.join("rtl").join(file), find, &replace);
+        let report = check_source(&bundle, &source, &ICARUS).expect("Icarus runs");
+        report.first_difference.expect("a difference")
+    };
+    let early = find(
+        "far_tanh12.v",
+        "      table1_q;",
+        format!("      table1_q ^ (table1_q >> {slope} == {offset});"),
+    );
+    let late = find(
+        "hwg_pwl.v",
+        "<= base + ",
+        format!("<= (base ^ (old_offset == {offset})) + "),
+    );
+    assert!(
+        early.signal.ends_with("].u_segments.data_q"),
+        "{}",
+        early.signal
+    );
+    assert!(late.signal.ends_with("].u_pwl.sum_q"), "{}", late.signal);
+    assert_eq!(late.cycle, early.cycle + 4);
+    assert!(early.neuron.is_some());
+    assert_eq!(late.neuron, early.neuron);
 }
