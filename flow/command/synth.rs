@@ -146,7 +146,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
     let failure = judge(args, &source, device, &synthesis, speed.as_ref());
-    let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
+    let sought = place.map(|_| plan.sought_mhz);
+    let mut json = facts(&source.design, device, sought, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
     let mut remarks = Vec::new();
     match (&args.floorplan, &drawn) {
@@ -296,6 +297,7 @@ fn smaller(source: &Source, device: &Device) -> String {
 fn facts(
     design: &Design,
     device: &Device,
+    sought_mhz: Option<f64>,
     synthesis: &Synthesis,
     speed: Option<&Speed>,
 ) -> Map<String, serde_json::Value> {
@@ -320,6 +322,7 @@ fn facts(
         "available": routes.first().map(|route| route.available),
         "netlist": synthesis.netlist,
         "parts": synthesis.parts,
+        "sought_mhz": sought_mhz,
         "fmax_mhz": fmax,
         "latency_cycles": design.latency_cycles(),
         "interval_cycles": design.interval_cycles(),
