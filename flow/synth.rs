@@ -5,8 +5,10 @@
 //! stays in one directory, named by a digest of everything that the result depends on: what is there
 //! already is not done again.
 
+pub mod climb;
 pub mod floorplan;
 pub mod netlist;
+mod place;
 pub mod placed;
 pub mod route;
 
@@ -18,13 +20,12 @@ use std::time::Duration;
 
 use hwgen_gen::{Source, sha256, shell};
 use hwgen_sim::error::ToolError;
-use hwgen_sim::tool::{
-    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, NEXTPNR_NEXUS, Tool, Toolbox, YOSYS,
-};
-use hwgen_spec::device::{Device, Place, PlaceTool, Sites};
+use hwgen_sim::tool::{self, FoundTool, Invocation, Toolbox, YOSYS};
+use hwgen_spec::device::{Device, Place, Sites};
 use serde::Serialize;
 
 use netlist::Part;
+use place::{NETLIST, Placer};
 use route::Route;
 
 /// A core to be synthesised, placed and routed.
@@ -38,11 +39,11 @@ pub struct Plan<'a> {
     pub device: &'a Device,
     /// How it is placed, if open tools can.
     pub place: Option<&'a Place>,
-    /// The clock that nextpnr strives for.
+    /// The clock that is enough; without one, the highest is sought.
     ///
     /// # Units
     /// MHz
-    pub sought_mhz: f64,
+    pub goal_mhz: Option<f64>,
     /// Seeds of the placements.
     pub seeds: &'a [u64],
     /// Where tools are found.
@@ -53,8 +54,6 @@ pub struct Plan<'a> {
     pub timeout: Duration,
     /// How many placements run at once.
     pub jobs: usize,
-    /// Whether it is kept where the first seed puts everything.
-    pub keep_places: bool,
 }
 
 /// What came of it.
@@ -71,7 +70,7 @@ pub struct Synthesis {
     /// The placements, in the order of the seeds; none if the netlist is larger than the device, or no
     /// open tool places on it.
     pub routes: Vec<Route>,
-    /// The netlist with all places of the first seed, where it was to be kept.
+    /// The netlist with all places of the first seed, if there is one.
     pub placed: Option<PathBuf>,
 }
 
@@ -158,17 +157,6 @@ pub fn shortages(netlist: Sites, device: &Device) -> Vec<(String, u64, u64)> {
         .collect()
 }
 
-/// The program that places and routes.
-#[derive(Debug)]
-struct Placer<'a> {
-    nextpnr: FoundTool,
-    place: &'a Place,
-    /// The file of pins, the options that name it, and what is in it; pins that are not may be anywhere.
-    pins_file: &'static str,
-    pin_options: &'static [&'static str],
-    pins: String,
-}
-
 impl Plan<'_> {
     /// Runs the tools, as far as their results are not there already.
     ///
@@ -176,7 +164,10 @@ impl Plan<'_> {
     /// If a tool is missing, fails, takes too long or writes what cannot be read.
     pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Synthesis, SynthError> {
         let yosys = self.toolbox.find(&YOSYS)?;
-        let placer = self.place.map(|place| self.placer(place)).transpose()?;
+        let placer = self
+            .place
+            .map(|place| Placer::new(place, self.toolbox, self.timeout));
+        let placer = placer.transpose()?;
         let total = 1 + placer.as_ref().map_or(0, |_| self.seeds.len());
         let shell = shell(&self.source.design, &self.source.manifest.digest);
         let script = self.script();
@@ -187,13 +178,8 @@ impl Plan<'_> {
         ];
         let mut files = vec![("shell.v", shell.text.as_str()), ("synth.ys", &script)];
         if let Some(placer) = &placer {
-            key.extend([
-                placer.nextpnr.version.to_string(),
-                placer.pins.clone(),
-                placer.place.arguments.join(" "),
-                placer.place.multiplier_rows.concat().join(" "),
-                floorplan::RULE.to_owned(),
-            ]);
+            key.extend(placer.key());
+            key.push(floorplan::RULE.to_owned());
             files.push((placer.pins_file, &placer.pins));
         }
         let directory = self.cache.join(&self.key(&key)[..16]);
@@ -203,7 +189,7 @@ impl Plan<'_> {
             done: 0,
             total,
         });
-        let netlist_path = directory.join("netlist.json");
+        let netlist_path = directory.join(NETLIST);
         if !netlist_path.exists() {
             self.synthesize(&yosys, &directory)?;
         }
@@ -234,8 +220,8 @@ impl Plan<'_> {
                     route.available.ff = route.available.lut4;
                 }
             }
-            let first = self.seeds.first().filter(|_| self.keep_places);
-            synthesis.placed = first.map(|seed| directory.join(self.placed(*seed)));
+            let first = self.seeds.first();
+            synthesis.placed = first.map(|seed| directory.join(place::placed(*seed)));
         }
         Ok(synthesis)
     }
@@ -274,51 +260,6 @@ impl Plan<'_> {
         script
     }
 
-    /// The program that places and routes, with what it is told of pins.
-    fn placer<'a>(&self, place: &'a Place) -> Result<Placer<'a>, SynthError> {
-        let pin = &place.clock_pin;
-        let (tool, pins_file, pin_options, pins): (&'static Tool, _, &'static [_], _) = match place
-            .tool
-        {
-            PlaceTool::Ecp5 => (
-                &NEXTPNR_ECP5,
-                "pins.lpf",
-                &["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
-                format!(
-                    "LOCATE COMP \"clk_i\" SITE \"{pin}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"
-                ),
-            ),
-            PlaceTool::Ice40 => (
-                &NEXTPNR_ICE40,
-                "pins.pcf",
-                &["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
-                format!("set_io clk_i {pin}\n"),
-            ),
-            PlaceTool::Nexus => (
-                &NEXTPNR_NEXUS,
-                "pins.pdc",
-                &["--pdc", "pins.pdc"],
-                ["clk_i", "bit_i", "bit_o"]
-                    .iter()
-                    .zip([pin].into_iter().chain(&place.other_pins))
-                    .map(|(port, pin)| {
-                        format!(
-                            "ldc_set_location -site {{{pin}}} [get_ports {port}]\n\
-                             ldc_set_port -iobuf {{IO_TYPE=LVCMOS33}} [get_ports {port}]\n"
-                        )
-                    })
-                    .collect(),
-            ),
-        };
-        Ok(Placer {
-            nextpnr: self.toolbox.find(tool)?,
-            place,
-            pins_file,
-            pin_options,
-            pins,
-        })
-    }
-
     /// Puts what the tools read into the directory.
     fn lay_out(&self, directory: &Path, files: &[(&str, &str)]) -> Result<(), SynthError> {
         let rtl = directory.join("rtl");
@@ -350,7 +291,7 @@ impl Plan<'_> {
             return Err(run.no_verdict(&yosys.name, "a netlist").into());
         }
         floorplan::lay_out(&part, self.source.design.perceptron(), self.device)?;
-        fs::rename(&part, directory.join("netlist.json")).map_err(io(&part))
+        fs::rename(&part, directory.join(NETLIST)).map_err(io(&part))
     }
 
     /// Places and routes with every seed, some at once.
@@ -368,12 +309,14 @@ impl Plan<'_> {
                 let Some(seed) = self.seeds.get(at) else {
                     break;
                 };
-                progress(Progress {
-                    activity: format!("nextpnr {}, seed {seed}", placer.nextpnr.version),
-                    done: 1 + done.load(Ordering::SeqCst),
-                    total: 1 + self.seeds.len(),
-                });
-                let route = self.place_one(placer, directory, *seed);
+                let doing = |what: String| {
+                    progress(Progress {
+                        activity: format!("nextpnr {}, {what}", placer.nextpnr.version),
+                        done: 1 + done.load(Ordering::SeqCst),
+                        total: 1 + self.seeds.len(),
+                    });
+                };
+                let route = placer.run(directory, *seed, self.goal_mhz, &doing);
                 if route.is_err() {
                     // Nothing more is begun.
                     next.store(self.seeds.len(), Ordering::SeqCst);
@@ -391,109 +334,6 @@ impl Plan<'_> {
         found.sort_by_key(|(at, _)| *at);
         found.into_iter().map(|(_, route)| route).collect()
     }
-
-    /// What the files of a placement are called.
-    fn label(&self, seed: u64) -> String {
-        format!("seed-{seed}-at-{}-mhz", self.sought_mhz)
-    }
-
-    fn placed(&self, seed: u64) -> String {
-        format!("{}.placed.json", self.label(seed))
-    }
-
-    fn place_one(
-        &self,
-        placer: &Placer<'_>,
-        directory: &Path,
-        seed: u64,
-    ) -> Result<Route, SynthError> {
-        let (nextpnr, place) = (&placer.nextpnr, placer.place);
-        let label = self.label(seed);
-        let report = directory.join(format!("{label}.json"));
-        let placed = directory.join(self.placed(seed));
-        let keeps = self.keep_places && self.seeds.first() == Some(&seed);
-        if !report.exists() || keeps && !placed.exists() {
-            let part = format!("{label}.part.json");
-            let placed_part = format!("{label}.placed.part.json");
-            let mut arguments = place.arguments.clone();
-            arguments.extend(placer.pin_options.iter().map(|&option| option.to_owned()));
-            let own = [
-                "--json",
-                "netlist.json",
-                "--freq",
-                &self.sought_mhz.to_string(),
-                "--seed",
-                &seed.to_string(),
-                "--report",
-                &part,
-                // A clock that is missed is our verdict to give, not a failure of the tool.
-                "--timing-allow-fail",
-            ];
-            arguments.extend(own.map(str::to_owned));
-            if keeps {
-                arguments.extend(["--write".to_owned(), placed_part.clone()]);
-            }
-            let part = directory.join(part);
-            let run = tool::run(&Invocation {
-                tool: nextpnr.name.clone(),
-                version: nextpnr.version.to_string(),
-                program: nextpnr.path.clone(),
-                arguments: arguments.into_iter().map(Into::into).collect(),
-                directory: directory.to_owned(),
-                label: label.clone(),
-                timeout: self.timeout,
-            })
-            .map_err(|error| match &error {
-                ToolError::Failed { log, .. } => fs::read_to_string(log)
-                    .ok()
-                    .and_then(|text| no_room(&text, place))
-                    .unwrap_or(SynthError::Tool(error)),
-                _ => SynthError::Tool(error),
-            })?;
-            if !part.exists() {
-                return Err(run.no_verdict(&nextpnr.name, "a report").into());
-            }
-            if keeps {
-                let part = directory.join(placed_part);
-                if !part.exists() {
-                    return Err(run.no_verdict(&nextpnr.name, "a placed netlist").into());
-                }
-                fs::rename(&part, &placed).map_err(io(&part))?;
-            }
-            fs::rename(&part, &report).map_err(io(&part))?;
-        }
-        Route::read(&report, seed, place)
-    }
-}
-
-/// Why a placement was given up, if its log says that there was no room: numbers of sites, and there may
-/// be too few even where each number is below that of the device, as for chains of carries.
-fn no_room(log: &str, place: &Place) -> Option<SynthError> {
-    let given_up = [
-        "Unable to place cell",
-        "Unable to find legal placement",
-        "Unable to find a placement",
-        "Unable to find placement",
-        "failed to place",
-    ];
-    if !given_up.iter().any(|words| log.contains(words)) {
-        return None;
-    }
-    let names = [
-        ("LUT4", Some(&place.sites.lut4)),
-        ("flip-flops", place.sites.ff.as_ref()),
-        ("multipliers", Some(&place.sites.multipliers)),
-        ("block memories", Some(&place.sites.block_rams)),
-    ];
-    let taken = names.iter().filter_map(|(kind, name)| {
-        let (_, counts) = log.split_once(&format!("{}:", (*name)?))?;
-        let (used, rest) = counts.lines().next()?.split_once('/')?;
-        let available = rest.split_whitespace().next()?;
-        Some(format!("{} of {available} {kind}", used.trim()))
-    });
-    Some(SynthError::NoRoom {
-        taken: taken.collect::<Vec<_>>().join(", "),
-    })
 }
 
 /// Names the file in an error.

@@ -22,8 +22,9 @@ use crate::synth::{Plan, Synthesis, placed, shortages};
 mod text;
 
 const EXAMPLES: &str = "\
-The core is placed and routed in a shell with three pins. Scripts, logs, netlist and reports are
-kept in .cache/synth beside the bundle, and what is there already is not done again.
+The core is placed and routed in a shell with three pins. A placement on ECP5 is routed for several
+clocks, in search of the highest that it bears. Scripts, logs, netlist, places and reports are kept
+in .cache/synth beside the bundle, and what is there already is not done again.
 
 Examples:
   hwgen emit --weights w.json --device ecp5-85k
@@ -49,7 +50,7 @@ pub struct Args {
     /// The device [default: the one that the bundle was made for]
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
-    /// The clock to be reached [default: as fast as it gets]
+    /// The clock to be reached, and no more [default: as fast as it gets]
     #[arg(long, value_name = "MHZ", value_parser = clock)]
     pub freq: Option<f64>,
     /// How many placements, from seed 1 on
@@ -113,16 +114,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         source: &source,
         device,
         place,
-        sought_mhz: args
-            .freq
-            .or(place.map(|place| place.sought_mhz))
-            .unwrap_or_default(),
+        goal_mhz: args.freq,
         seeds: &seeds,
         toolbox: &toolbox,
         cache: &parent.join(".cache").join("synth"),
         timeout: Duration::from_secs(args.timeout),
         jobs: args.jobs.unwrap_or(cores),
-        keep_places: picture.is_some(),
     };
     let line = Mutex::new(output.progress());
     let synthesis = plan.run(&|progress| {
@@ -146,8 +143,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
     let failure = judge(args, &source, device, &synthesis, speed.as_ref());
-    let sought = place.map(|_| plan.sought_mhz);
-    let mut json = facts(&source.design, device, sought, &synthesis, speed.as_ref());
+    let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
     let mut remarks = Vec::new();
     match (&args.floorplan, &drawn) {
@@ -297,7 +293,6 @@ fn smaller(source: &Source, device: &Device) -> String {
 fn facts(
     design: &Design,
     device: &Device,
-    sought_mhz: Option<f64>,
     synthesis: &Synthesis,
     speed: Option<&Speed>,
 ) -> Map<String, serde_json::Value> {
@@ -310,7 +305,7 @@ fn facts(
             "min": speed.min_mhz,
             "median": speed.median_mhz,
             "max": speed.max_mhz,
-            "per_seed": routes.iter().map(|r| json!({"seed": r.seed, "mhz": r.fmax_mhz})).collect::<Vec<_>>(),
+            "per_seed": routes.iter().map(|r| json!({"seed": r.seed, "mhz": r.fmax_mhz, "sought_mhz": r.sought_mhz})).collect::<Vec<_>>(),
         })
     });
     let object = json!({
@@ -322,7 +317,6 @@ fn facts(
         "available": routes.first().map(|route| route.available),
         "netlist": synthesis.netlist,
         "parts": synthesis.parts,
-        "sought_mhz": sought_mhz,
         "fmax_mhz": fmax,
         "latency_cycles": design.latency_cycles(),
         "interval_cycles": design.interval_cycles(),

@@ -15,6 +15,8 @@ use super::{SynthError, io};
 pub struct Route {
     /// Seed of the placement.
     pub seed: u64,
+    /// The clock that the router strove for.
+    pub sought_mhz: f64,
     /// The fastest clock that every path between registers allows.
     pub fmax_mhz: f64,
     /// What it takes of the device.
@@ -84,7 +86,12 @@ impl Route {
     ///
     /// # Errors
     /// If it cannot be read, or says nothing of a clock or its slowest path.
-    pub fn read(path: &Path, seed: u64, known: &Place) -> Result<Self, SynthError> {
+    pub fn read(
+        path: &Path,
+        seed: u64,
+        sought_mhz: f64,
+        known: &Place,
+    ) -> Result<Self, SynthError> {
         let strange = |expected: &str, found: String| SynthError::Strange {
             path: path.to_owned(),
             expected: expected.to_owned(),
@@ -113,6 +120,7 @@ impl Route {
         };
         Ok(Self {
             seed,
+            sought_mhz,
             fmax_mhz: clock.achieved,
             cells: count(|site| site.used),
             available: count(|site| site.available),

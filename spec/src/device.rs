@@ -167,11 +167,14 @@ pub struct Place {
     /// Pins for the ports of the shell, input and output, where the program wants each to have one.
     #[serde(default)]
     pub other_pins: Vec<String>,
-    /// The clock that is sought where the user names none.
+    /// The clock that a placement is made for.
     ///
     /// # Units
     /// MHz
     pub sought_mhz: f64,
+    /// After so many rounds a router that tears up late routes is stopped; none if it never does, and so
+    /// comes to an end whatever clock it is asked for.
+    pub most_rounds: Option<u32>,
     /// What a multiplier reaches alone: the limit of any core.
     ///
     /// # Units

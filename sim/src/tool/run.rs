@@ -74,6 +74,29 @@ pub fn run(invocation: &Invocation) -> Result<Run, ToolError> {
 /// The same in another directory than the one that log and record are left in; the command's
 /// temporary files go there as well, and with it.
 pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, ToolError> {
+    watch(invocation, current, None).map(|run| run.expect("nobody watches it"))
+}
+
+/// Runs a command to its end, or until what it has written into its log is enough; then it is killed, and
+/// there is no run.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_until(
+    invocation: &Invocation,
+    enough: impl Fn(&Path) -> bool,
+) -> Result<Option<Run>, ToolError> {
+    watch(invocation, &invocation.directory, Some(&enough))
+}
+
+/// How often a log is looked at.
+const LOOK: Duration = Duration::from_millis(200);
+
+fn watch(
+    invocation: &Invocation,
+    current: &Path,
+    enough: Option<&dyn Fn(&Path) -> bool>,
+) -> Result<Option<Run>, ToolError> {
     let directory = &invocation.directory;
     let log = directory.join(format!("{}.log", invocation.label));
     let record = directory.join(format!("{}.run.json", invocation.label));
@@ -97,14 +120,16 @@ pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, Too
         command.env("TMPDIR", current);
     }
     let child = Running::start(&mut command).map_err(io(&invocation.program))?;
-    let ended = wait(child, start + invocation.timeout).map_err(io(&invocation.program))?;
+    let enough = enough.map(|enough| || enough(&log));
+    let ended = wait(child, start + invocation.timeout, enough).map_err(io(&invocation.program))?;
     let duration = start.elapsed();
 
     let text = std::fs::read(&log).map_err(io(&log))?;
     let text = String::from_utf8_lossy(&text).into_owned();
     let status = match ended {
-        Some(status) => status.to_string(),
-        None => format!("killed after {} s", invocation.timeout.as_secs_f64()),
+        Ended::Itself(status) => status.to_string(),
+        Ended::Enough => "stopped: its log says enough".to_owned(),
+        Ended::TooLong => format!("killed after {} s", invocation.timeout.as_secs_f64()),
     };
     let json = serde_json::json!({
         "tool": invocation.tool,
@@ -118,18 +143,19 @@ pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, Too
     std::fs::write(&record, format!("{json:#}\n")).map_err(io(&record))?;
 
     match ended {
-        Some(ended) if ended.success() => Ok(Run {
+        Ended::Itself(status) if status.success() => Ok(Some(Run {
             output: text,
             log,
             duration,
-        }),
-        Some(_) => Err(ToolError::Failed {
+        })),
+        Ended::Enough => Ok(None),
+        Ended::Itself(_) => Err(ToolError::Failed {
             tool: invocation.tool.clone(),
             status,
             last_lines: last_lines(&text),
             log,
         }),
-        None => Err(ToolError::TimedOut {
+        Ended::TooLong => Err(ToolError::TimedOut {
             tool: invocation.tool.clone(),
             seconds: invocation.timeout.as_secs_f64(),
             log,
@@ -137,16 +163,34 @@ pub(crate) fn run_in(invocation: &Invocation, current: &Path) -> Result<Run, Too
     }
 }
 
-/// `None` if it had to be killed.
-fn wait(mut child: Running, deadline: Instant) -> std::io::Result<Option<ExitStatus>> {
+/// Why a command is over.
+enum Ended {
+    Itself(ExitStatus),
+    Enough,
+    TooLong,
+}
+
+/// Waits for the end, and brings it about if it is due.
+fn wait(
+    mut child: Running,
+    deadline: Instant,
+    enough: Option<impl Fn() -> bool>,
+) -> std::io::Result<Ended> {
     let mut pause = Duration::from_micros(200);
+    let mut look = Instant::now() + LOOK;
     loop {
         if let Some(status) = child.poll()? {
-            return Ok(Some(status));
+            return Ok(Ended::Itself(status));
         }
         let now = Instant::now();
         if now >= deadline {
-            return child.kill().map(|()| None);
+            return child.kill().map(|()| Ended::TooLong);
+        }
+        if let Some(enough) = enough.as_ref().filter(|_| now >= look) {
+            if enough() {
+                return child.kill().map(|()| Ended::Enough);
+            }
+            look = now + LOOK;
         }
         std::thread::sleep(pause.min(deadline - now));
         pause = (pause * 2).min(Duration::from_millis(20));

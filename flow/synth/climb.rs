@@ -1,0 +1,89 @@
+//! Which clock the router is asked for, again and again, on one placement.
+//!
+//! A router that tears up late routes (nextpnr's `--tmg-ripup`) strives for the clock that it is told and
+//! no further, and beyond what a placement allows comes to no end. So the highest clock is sought from
+//! both sides, as the end of a sorted list of unknown length is (J. L. Bentley and A. C. Yao, "An almost
+//! optimal algorithm for unbounded searching", 1976): the steps grow until one side is left, and then the
+//! middle is asked for.
+
+/// The least ratio of two clocks that are worth telling apart.
+const NARROW: f64 = 1.03;
+/// The first step.
+const STEP: f64 = 1.06;
+/// No clock above this is asked for. In MHz.
+const HIGHEST: f64 = 2000.0;
+/// Nor below this.
+const LOWEST: f64 = 1.0;
+
+/// The search as far as it has come.
+///
+/// ```
+/// # use hwgen::synth::climb::Climb;
+/// let ask = |first, likely, allowed| {
+///     let mut climb = Climb::new(first, likely);
+///     let mut asked = Vec::new();
+///     while let Some(mhz) = climb.next() {
+///         asked.push(mhz);
+///         if mhz <= allowed { climb.made(mhz) } else { climb.missed(mhz) }
+///     }
+///     asked
+/// };
+/// assert_eq!(ask(100.0, None, 131.0), [100.0, 106.0, 119.1, 150.4, 133.8, 126.2, 129.9, 131.8]);
+/// assert_eq!(ask(150.0, Some(120.0), 131.0), [150.0, 120.0, 134.2, 126.9, 130.5]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Climb {
+    first: f64,
+    likely: Option<f64>,
+    made: Option<f64>,
+    missed: Option<f64>,
+    step: f64,
+}
+
+impl Climb {
+    /// Begins with a clock, and if it is missed goes on with a lower one that is likely to be made; in MHz.
+    pub fn new(first: f64, likely: Option<f64>) -> Self {
+        Self {
+            first,
+            likely: likely.filter(|&mhz| mhz < first),
+            made: None,
+            missed: None,
+            step: STEP,
+        }
+    }
+
+    /// The clock to be asked for next, in MHz; none once the highest is known well enough.
+    pub fn next(&self) -> Option<f64> {
+        let mhz = match (self.made, self.missed) {
+            (None, None) => return Some(self.first),
+            (Some(made), None) => made * self.step,
+            (None, Some(missed)) => {
+                let likely = self.likely.filter(|_| missed == self.first);
+                likely.unwrap_or(missed / self.step)
+            }
+            (Some(made), Some(missed)) if missed / made > NARROW => (made * missed).sqrt(),
+            _ => return None,
+        };
+        let mhz = (mhz * 10.0).round() / 10.0;
+        (LOWEST..=HIGHEST).contains(&mhz).then_some(mhz)
+    }
+
+    /// A clock was reached, in MHz.
+    pub fn made(&mut self, mhz: f64) {
+        self.grow(self.made.is_some());
+        self.made = Some(self.made.map_or(mhz, |made| made.max(mhz)));
+    }
+
+    /// A clock was not reached, in MHz.
+    pub fn missed(&mut self, mhz: f64) {
+        self.grow(self.missed.is_some());
+        self.missed = Some(self.missed.map_or(mhz, |missed| missed.min(mhz)));
+    }
+
+    /// Another step the same way is twice as long.
+    fn grow(&mut self, again: bool) {
+        if again {
+            self.step *= self.step;
+        }
+    }
+}
