@@ -144,15 +144,25 @@ fn table_operands(table: &OddTable) -> (u32, u32) {
 /// parts meet, and the sums of their products.
 fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
     if !device.has_multipliers() {
-        // An adder for each bit but one of the shorter operand.
-        let (short, long) = (a.min(b), a.max(b));
-        return luts(u64::from((short - 1) * (long + 1)));
+        return own_multiplier(a, b);
     }
     let most = device.multiplier_bits.unwrap_or(1);
     let multipliers = u64::from(a.div_ceil(most) * b.div_ceil(most));
     Sites {
         lut4: (multipliers - 1) * u64::from(a + b),
         multipliers,
+        ..Sites::default()
+    }
+}
+
+/// `hwg_mul` of a device without blocks: words of two bits of the second operand, of four, of all.
+fn own_multiplier(a: u32, b: u32) -> Sites {
+    let pairs = b.div_ceil(2);
+    let quads = pairs.div_ceil(2);
+    let (words, wide) = (pairs * (a + 2), quads * (a + 4));
+    Sites {
+        lut4: u64::from(2 * words + wide + (quads - 1) * (a + 6)),
+        ff: u64::from(words + wide),
         ..Sites::default()
     }
 }

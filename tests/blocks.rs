@@ -25,6 +25,9 @@ const NEXUS: [&str; 2] = [
     include_str!("../rtl/devices/nexus/MULT18X18.v"),
 ];
 
+/// The multiplier of adders stands alone.
+const LOGIC: [&str; 2] = [include_str!("../rtl/devices/logic/hwg_mul.v"), ""];
+
 const PORTABLE_PAIR: &str = include_str!("../rtl/lib/hwg_pair.v");
 const ECP5_PAIR: [&str; 2] = [
     include_str!("../rtl/devices/ecp5/hwg_pair.v"),
@@ -114,6 +117,7 @@ fn a_block_multiplies_like_the_portable_multiplier() {
         (ECP5, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
         (ICE40, [(4, 4), (16, 16), (16, 14), (3, 12), (18, 16)]),
         (NEXUS, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
+        (LOGIC, [(4, 4), (5, 3), (16, 14), (3, 17), (24, 2)]),
     ] {
         for (a, b) in widths {
             let [equal, unequal, nonzero] = against_portable(&own, (a, b));
@@ -136,7 +140,15 @@ fn an_unsigned_block_or_a_clock_less_is_seen() {
     let early = early.replace("always @(posedge clk_i) r_q <= p_i;", "");
     let half = NEXUS[0].replace(".SIGNEDB(1'b1)", ".SIGNEDB(1'b0)");
     assert!(half != NEXUS[0]);
-    for own in [[&unsigned, ICE40[1]], [&early, ECP5[1]], [&half, NEXUS[1]]] {
+    let plain = LOGIC[0].replace("low - high", "low + high");
+    assert!(plain != LOGIC[0]);
+    let wrong = [
+        [&unsigned, ICE40[1]],
+        [&early, ECP5[1]],
+        [&half, NEXUS[1]],
+        [&plain, ""],
+    ];
+    for own in wrong {
         let [_, unequal, _] = against_portable(&own, (16, 16));
         assert!(unequal > 1000);
     }

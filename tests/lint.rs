@@ -9,7 +9,7 @@ use std::process::Command;
 use hwgen_gen::{Bundle, generate};
 use hwgen_sim::tool::{ICARUS, Tool, Toolbox, VERILATOR, YOSYS};
 use hwgen_spec::design::Design;
-use hwgen_spec::options::{Budget, Options};
+use hwgen_spec::options::{Budget, Options, WidthSetting};
 use hwgen_spec::weights;
 
 fn root() -> &'static Path {
@@ -405,6 +405,23 @@ fn a_core_for_other_families_has_every_multiplier_in_a_block() {
     every_multiplier_is_in_a_block("xc7a35t", "DSP48E1");
     every_multiplier_is_in_a_block("xczu3eg", "DSP48E2");
     every_multiplier_is_in_a_block("5csema5", "MISTRAL_MUL");
+}
+
+#[test]
+fn a_core_for_a_device_without_multipliers_is_clean() {
+    let text = file("adders", 5, &[&[], &[("tanh", 6), ("linear", 3)]], "");
+    for bits in [3, 7, 16] {
+        let root = tempfile::tempdir().expect("a directory");
+        let options = Options {
+            device: Some("ice40-hx8k".into()),
+            weight_bits: vec![WidthSetting { layer: None, bits }],
+            ..interval(8)
+        };
+        let (bundle, directory) = emit(&text, &options, root.path());
+        let cells = sources(&bundle, "rtl/");
+        assert!(cells.contains(&"rtl/hwg_mul.v".to_owned()), "{cells:?}");
+        assert_silent(&complaints(&bundle, &directory));
+    }
 }
 
 fn every_multiplier_is_in_a_block(device: &str, cell: &str) {

@@ -51,15 +51,28 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         multipliers: device.multipliers.unwrap_or(0).into(),
         block_rams: device.block_rams.unwrap_or(0).into(),
     };
+    let clock = device.place.as_ref().map(|place| place.core_mhz);
+    let (latency, interval) = (design.latency_cycles(), design.interval_cycles());
+    let latency_ns = clock.map(|mhz| latency as f64 * 1e3 / mhz);
+    let per_second = clock.map(|mhz| mhz * 1e6 / interval as f64);
     json.extend([
         ("device".to_owned(), json!(device.name)),
         ("fits".to_owned(), json!(short.is_empty())),
         ("cells".to_owned(), json!(cells)),
         ("available".to_owned(), json!(available)),
         ("parts".to_owned(), json!(parts)),
+        ("clock_mhz".to_owned(), json!(clock)),
+        ("latency_ns".to_owned(), json!(latency_ns)),
+        ("inferences_per_second".to_owned(), json!(per_second)),
     ]);
+    let speed = match (clock, latency_ns, per_second) {
+        (Some(mhz), Some(ns), Some(rate)) => format!(
+            "about {mhz:.0} MHz, as other cores on it: latency {ns:.0} ns ({latency} clocks), {rate:.0} frames a second"
+        ),
+        _ => format!("no clock: no open tool places on {}", device.name),
+    };
     let text = format!(
-        "{}\n{}\n{}",
+        "{}\n{}\n{}\n{speed}\n",
         describe(&design, &bundle),
         sites::by_part("estimate", device, &parts),
         sites::of_device("estimate", device, &cells, &available)

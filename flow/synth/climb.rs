@@ -24,7 +24,7 @@ const LOWEST: f64 = 1.0;
 ///     let mut asked = Vec::new();
 ///     while let Some(mhz) = climb.next() {
 ///         asked.push(mhz);
-///         if mhz <= allowed { climb.made(mhz) } else { climb.missed(mhz) }
+///         if mhz <= allowed { climb.made(mhz, mhz) } else { climb.missed(mhz) }
 ///     }
 ///     asked
 /// };
@@ -68,10 +68,14 @@ impl Climb {
         (LOWEST..=HIGHEST).contains(&mhz).then_some(mhz)
     }
 
-    /// A clock was reached, in MHz.
-    pub fn made(&mut self, mhz: f64) {
+    /// The router came to an end: what it was asked for and what it reached, in MHz. That may be a little
+    /// less, for it knows only in the end what all of a path takes.
+    pub fn made(&mut self, asked: f64, reached: f64) {
         self.grow(self.made.is_some());
-        self.made = Some(self.made.map_or(mhz, |made| made.max(mhz)));
+        self.made = Some(self.made.map_or(reached, |made| made.max(reached)));
+        if reached < asked {
+            self.missed(asked);
+        }
     }
 
     /// A clock was not reached, in MHz.
@@ -85,5 +89,20 @@ impl Climb {
         if again {
             self.step *= self.step;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_is_nearly_reached_is_not_asked_for_again() {
+        let mut climb = Climb::new(150.0, Some(120.0));
+        climb.made(150.0, 153.4);
+        climb.missed(162.6);
+        assert_eq!(climb.next(), Some(157.9));
+        climb.made(157.9, 155.4);
+        assert_eq!(climb.next(), None);
     }
 }

@@ -133,7 +133,7 @@ impl<'a> Placer<'a> {
                 climb.missed(mhz);
                 continue;
             };
-            climb.made(route.fmax_mhz);
+            climb.made(mhz, route.fmax_mhz);
             if best.as_ref().is_none_or(|b| b.fmax_mhz < route.fmax_mhz) {
                 best = Some(route);
             }

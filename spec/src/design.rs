@@ -447,7 +447,7 @@ fn fastest(
 /// Multipliers of activations are narrow; where the array can use their blocks, they are made of
 /// logic.
 fn fastest_on(net: &QuantNet, device: &Device) -> Result<(u32, u32), u32> {
-    let multipliers = device.multipliers.unwrap_or(0);
+    let multipliers = device.multiplier_budget();
     let blocks = fastest(net, multipliers, Layer::all_multipliers, device);
     if !device.activation_in_logic {
         return blocks;
@@ -501,13 +501,13 @@ impl Design {
                 fastest_on(&quant, device).map_err(|least| DesignError::TooSmall {
                     device: device.name.clone(),
                     least,
-                    found: device.multipliers.unwrap_or(0),
+                    found: device.multiplier_budget(),
                 })?
             }
         };
         let mut perceptron = folding::fold(&quant, to_usize(shared), to_usize(allowed));
         let wanted: usize = perceptron.layers().map(Layer::all_multipliers).sum();
-        let short = wanted > to_usize(device.multipliers.unwrap_or(0));
+        let short = wanted > to_usize(device.multiplier_budget());
         for layer in perceptron.layers_mut() {
             layer.activation_in_logic = device.activation_in_logic && short;
             layer.copy_latency = device.copy_latency;

@@ -36,6 +36,9 @@ pub struct Device {
     pub flip_flops_per_lut: u32,
     /// Multipliers.
     pub multipliers: Option<u32>,
+    /// Multipliers of logic that a design may have where it is not said how many, on a device that has no
+    /// other.
+    pub logic_multipliers: u32,
     /// Bits of either operand of a multiplier, sign included.
     pub multiplier_bits: Option<u32>,
     /// Whether a multiplier shows what its inner registers hold.
@@ -85,9 +88,16 @@ impl Device {
         self.multipliers.is_some_and(|multipliers| multipliers > 0)
     }
 
-    /// Whether what is inside a multiplier can't be seen, its result alone.
+    /// Multipliers that a design may have where it is not said how many.
+    pub fn multiplier_budget(&self) -> u32 {
+        let blocks = self.multipliers.filter(|&blocks| blocks > 0);
+        blocks.unwrap_or(self.logic_multipliers)
+    }
+
+    /// Whether what is inside a multiplier can't be seen, its result alone: that of a block, or of one of
+    /// logic for a device without blocks.
     pub fn hides_operands(&self) -> bool {
-        self.has_multipliers() && !self.multiplier_shows_operands
+        self.multipliers.is_some() && !self.multiplier_shows_operands
     }
 
     /// Clocks from an address to its registered word, for a ROM of so many words.
@@ -172,6 +182,11 @@ pub struct Place {
     /// # Units
     /// MHz
     pub sought_mhz: f64,
+    /// What whole cores came to that were placed here: an estimate for others.
+    ///
+    /// # Units
+    /// MHz
+    pub core_mhz: f64,
     /// After so many rounds a router that tears up late routes is stopped; none if it never does, and so
     /// comes to an end whatever clock it is asked for.
     pub most_rounds: Option<u32>,
@@ -234,6 +249,7 @@ impl Place {
             arguments: arguments.cloned().collect(),
             clock_pin: given(&entry.clock_pin, &family.clock_pin),
             sought_mhz: entry.sought_mhz.unwrap_or(family.sought_mhz),
+            core_mhz: entry.core_mhz.unwrap_or(family.core_mhz),
             multiplier_rows: entry.multiplier_rows.iter().map(row).collect(),
             ..family.clone()
         }
@@ -346,11 +362,14 @@ struct Entry {
     part: Option<String>,
     lut4: Option<u32>,
     multipliers: Option<u32>,
+    #[serde(default)]
+    logic_multipliers: u32,
     block_rams: Option<u32>,
     #[serde(default)]
     arguments: Vec<String>,
     clock_pin: Option<String>,
     sought_mhz: Option<f64>,
+    core_mhz: Option<f64>,
     /// Where groups of multipliers stand.
     #[serde(default)]
     multiplier_columns: Vec<u32>,
@@ -409,6 +428,7 @@ pub fn all() -> &'static [Device] {
                     lut_inputs: family.lut_inputs,
                     flip_flops_per_lut: family.flip_flops_per_lut,
                     multipliers: entry.multipliers,
+                    logic_multipliers: entry.logic_multipliers,
                     multiplier_bits: family.multiplier_bits,
                     multiplier_shows_operands: family.multiplier_shows_operands,
                     activation_in_logic: family.activation_in_logic,

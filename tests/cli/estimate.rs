@@ -10,7 +10,9 @@ fn cells_are_told_without_a_tool_and_nothing_is_written() {
     let arguments = ["estimate", "--weights", "w.json", "--device", "ecp5-25k"];
     let ran = place.run_with_path(&empty, &arguments);
     ran.exits(0);
-    assert!(ran.stdout.contains("net_l0"), "{}", ran.stdout);
+    for told in ["net_l0", "about 150 MHz"] {
+        assert!(ran.stdout.contains(told), "{}", ran.stdout);
+    }
     assert!(!place.path("build").exists());
 
     let (ran, json) = place.json(&arguments);
@@ -24,6 +26,13 @@ fn cells_are_told_without_a_tool_and_nothing_is_written() {
         + emitted["activation_multipliers"].as_u64().unwrap();
     assert_eq!(count("cells", "multipliers"), multipliers);
     assert_eq!(json["fits"], true);
+    // A clock as of other cores, and what it comes to.
+    let number = |of: &str| json[of].as_f64().expect(of);
+    let mhz = number("clock_mhz");
+    assert!((100.0..200.0).contains(&mhz));
+    assert_eq!(number("latency_ns"), number("latency_cycles") * 1e3 / mhz);
+    let rate = mhz * 1e6 / number("interval_cycles");
+    assert_eq!(number("inferences_per_second"), rate);
     assert_eq!(count("available", "lut4"), 24288);
     for kind in ["lut4", "ff"] {
         let parts = json["parts"].as_array().expect("parts");
@@ -62,6 +71,6 @@ fn a_device_of_unknown_size_is_refused() {
     let place = Place::new();
     place.run(&["estimate", "--weights", "w.json"]).fails(
         2,
-        "error: --device: one whose cells are known expected, `generic` found\nhelp: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
+        "error: --device: one whose cells are known expected, `generic` found\nhelp: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
     );
 }

@@ -208,6 +208,10 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
         output_bits: Some(rng.random_range(6..=32)),
         segments: [None, None, Some(8), Some(32)][rng.random_range(0..4)],
         device: [None, Some("ecp5-25k"), Some("ice40-up5k")][rng.random_range(0..3)]
+            .map(|device| match device {
+                "ice40-up5k" if rng.random_bool(0.4) => "ice40-hx8k",
+                _ => device,
+            })
             .map(str::to_owned),
         stream_bits: None,
     };
