@@ -135,10 +135,9 @@ impl Synthesis {
 
 /// What a netlist takes more of than a device has: kind, number taken, number there.
 pub fn shortages(netlist: Sites, device: &Device) -> Vec<(String, u64, u64)> {
-    let flip_flops = device.lut4.map(|lut4| lut4 * device.flip_flops_per_lut);
     let kinds = [
         (device.lut_name(), netlist.lut4, device.lut4),
-        ("flip-flops".into(), netlist.ff, flip_flops),
+        ("flip-flops".into(), netlist.ff, device.flip_flops),
         (
             "multipliers".into(),
             netlist.multipliers,
@@ -228,24 +227,31 @@ impl Plan<'_> {
 
     /// Digest of all that the result depends on.
     fn key(&self, texts: &[String]) -> String {
-        let files = self.verilog().map(|file| file.sha256.as_str());
+        let files = self.sources().map(|file| file.sha256.as_str());
         let all: Vec<&str> = files.chain(texts.iter().map(String::as_str)).collect();
         sha256(&all.join("\n"))
     }
 
-    fn verilog(&self) -> impl Iterator<Item = &hwgen_gen::ManifestFile> {
+    /// What synthesis reads of the bundle.
+    fn sources(&self) -> impl Iterator<Item = &hwgen_gen::ManifestFile> {
+        let boxes = self.device.synthesis.library.is_none();
+        let models = self.files("sim/").filter(move |_| boxes);
+        self.files("rtl/").chain(models)
+    }
+
+    fn files(&self, below: &str) -> impl Iterator<Item = &hwgen_gen::ManifestFile> {
         let files = self.source.manifest.files.iter();
-        files.filter(|file| file.path.starts_with("rtl/"))
+        files.filter(move |file| file.path.starts_with(below))
     }
 
     /// What Yosys is to do; paths are those in the directory of results.
     fn script(&self) -> String {
         let mut script = String::new();
         let synthesis = &self.device.synthesis;
-        if let Some(library) = &synthesis.library {
-            script.push_str(&format!("read_verilog -lib {library}\n"));
+        for file in synthesis.black_boxes(self.files("sim/").map(|file| file.path.as_str())) {
+            script.push_str(&format!("read_verilog -lib {file}\n"));
         }
-        for file in self.verilog() {
+        for file in self.files("rtl/") {
             script.push_str(&format!("read_verilog {}\n", file.path));
         }
         let top = format!("{}_shell", self.source.design.name());
@@ -262,9 +268,10 @@ impl Plan<'_> {
 
     /// Puts what the tools read into the directory.
     fn lay_out(&self, directory: &Path, files: &[(&str, &str)]) -> Result<(), SynthError> {
-        let rtl = directory.join("rtl");
-        fs::create_dir_all(&rtl).map_err(io(&rtl))?;
-        for file in self.verilog() {
+        for folder in ["rtl", "sim"].map(|folder| directory.join(folder)) {
+            fs::create_dir_all(&folder).map_err(io(&folder))?;
+        }
+        for file in self.sources() {
             let (from, to) = (self.bundle.join(&file.path), directory.join(&file.path));
             fs::copy(&from, &to).map_err(io(&from))?;
         }

@@ -20,6 +20,11 @@ const ICE40: [&str; 2] = [
     include_str!("../rtl/devices/ice40/SB_MAC16.v"),
 ];
 
+const GOWIN: [&str; 2] = [
+    include_str!("../rtl/devices/gowin/hwg_mul.v"),
+    include_str!("../rtl/devices/gowin/MULT18X18.v"),
+];
+
 const NEXUS: [&str; 2] = [
     include_str!("../rtl/devices/nexus/hwg_mul.v"),
     include_str!("../rtl/devices/nexus/MULT18X18.v"),
@@ -117,6 +122,7 @@ fn a_block_multiplies_like_the_portable_multiplier() {
         (ECP5, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
         (ICE40, [(4, 4), (16, 16), (16, 14), (3, 12), (18, 16)]),
         (NEXUS, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
+        (GOWIN, [(4, 4), (18, 18), (14, 18), (3, 16), (24, 18)]),
         (LOGIC, [(4, 4), (5, 3), (16, 14), (3, 17), (24, 2)]),
     ] {
         for (a, b) in widths {
@@ -140,12 +146,15 @@ fn an_unsigned_block_or_a_clock_less_is_seen() {
     let early = early.replace("always @(posedge clk_i) r_q <= p_i;", "");
     let half = NEXUS[0].replace(".SIGNEDB(1'b1)", ".SIGNEDB(1'b0)");
     assert!(half != NEXUS[0]);
+    let positive = GOWIN[0].replace(".ASIGN(1'b1)", ".ASIGN(1'b0)");
+    assert!(positive != GOWIN[0]);
     let plain = LOGIC[0].replace("low - high", "low + high");
     assert!(plain != LOGIC[0]);
     let wrong = [
         [&unsigned, ICE40[1]],
         [&early, ECP5[1]],
         [&half, NEXUS[1]],
+        [&positive, GOWIN[1]],
         [&plain, ""],
     ];
     for own in wrong {

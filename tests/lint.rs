@@ -395,6 +395,11 @@ fn a_core_for_ice40_is_clean_and_has_every_multiplier_in_a_block() {
 }
 
 #[test]
+fn a_core_for_gowin_is_clean_and_has_every_multiplier_in_a_block() {
+    every_multiplier_is_in_a_block("gw2a-18", "MULT18X18");
+}
+
+#[test]
 fn a_core_for_nexus_is_clean_and_has_every_multiplier_in_a_block() {
     every_multiplier_is_in_a_block("nexus-40k", "MULT18X18");
 }

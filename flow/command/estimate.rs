@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut json = design_facts(&bundle)?;
     let available = Sites {
         lut4: device.lut4.unwrap_or(0).into(),
-        ff: (device.lut4.unwrap_or(0) * device.flip_flops_per_lut).into(),
+        ff: device.flip_flops.unwrap_or(0).into(),
         multipliers: device.multipliers.unwrap_or(0).into(),
         block_rams: device.block_rams.unwrap_or(0).into(),
     };

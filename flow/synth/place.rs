@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use hwgen_sim::error::ToolError;
 use hwgen_sim::tool::{
-    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_ICE40, NEXTPNR_NEXUS, Run, Tool, Toolbox,
+    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_GOWIN, NEXTPNR_ICE40, NEXTPNR_NEXUS, Run,
+    Tool, Toolbox,
 };
 use hwgen_spec::device::{Place, PlaceTool};
 
@@ -80,6 +81,12 @@ impl<'a> Placer<'a> {
                         )
                     })
                     .collect(),
+            ),
+            PlaceTool::Gowin => (
+                &NEXTPNR_GOWIN,
+                "pins.cst",
+                &["--vopt", "cst=pins.cst"],
+                format!("IO_LOC \"clk_i\" {pin};\nIO_PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"),
             ),
         };
         Ok(Self {
@@ -342,10 +349,10 @@ fn no_room(log: &str, place: &Place) -> Option<SynthError> {
         return None;
     }
     let names = [
-        ("LUT4", Some(&place.sites.lut4)),
-        ("flip-flops", place.sites.ff.as_ref()),
-        ("multipliers", Some(&place.sites.multipliers)),
-        ("block memories", Some(&place.sites.block_rams)),
+        ("LUT4", place.sites.lut4.split('+').next()),
+        ("flip-flops", place.sites.ff.as_deref()),
+        ("multipliers", Some(place.sites.multipliers.as_str())),
+        ("block memories", Some(place.sites.block_rams.as_str())),
     ];
     let taken = names.iter().filter_map(|(kind, name)| {
         let (_, counts) = log.split_once(&format!("{}:", (*name)?))?;

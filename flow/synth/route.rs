@@ -109,10 +109,11 @@ impl Route {
         let slowest = report.critical_paths.iter().find(inside);
         let slowest =
             slowest.ok_or_else(|| strange("a path from register to register", "none".into()))?;
-        let count = |of: fn(Utilization) -> u64| {
+        let tables: Vec<&str> = known.sites.lut4.split('+').collect();
+        let count = |of: fn(Utilization) -> u64, tables: &[&str]| {
             let named = |name: &str| of(report.utilization.get(name).copied().unwrap_or_default());
             Sites {
-                lut4: named(&known.sites.lut4),
+                lut4: tables.iter().copied().map(named).sum(),
                 ff: known.sites.ff.as_deref().map_or(0, named),
                 multipliers: named(&known.sites.multipliers),
                 block_rams: named(&known.sites.block_rams),
@@ -122,8 +123,8 @@ impl Route {
             seed,
             sought_mhz,
             fmax_mhz: clock.achieved,
-            cells: count(|site| site.used),
-            available: count(|site| site.available),
+            cells: count(|site| site.used, &tables),
+            available: count(|site| site.available, &tables[..1]),
             critical_path: SlowPath::of(slowest),
         })
     }

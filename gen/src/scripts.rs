@@ -15,7 +15,7 @@ struct Yosys<'a> {
     module: &'a str,
     sources: &'a [&'a str],
     family: &'a str,
-    library: Option<&'a str>,
+    black_boxes: Vec<&'a str>,
     command: &'a str,
 }
 
@@ -52,12 +52,12 @@ struct Gowin<'a> {
 }
 
 /// All scripts for a core of some files.
-pub(crate) fn all(module: &str, device: &Device, sources: &[&str]) -> Vec<File> {
+pub(crate) fn all(module: &str, device: &Device, sources: &[&str], models: &[&str]) -> Vec<File> {
     let yosys = Yosys {
         module,
         sources,
         family: &device.title,
-        library: device.synthesis.library.as_deref(),
+        black_boxes: device.synthesis.black_boxes(models.iter().copied()),
         command: &device.synthesis.command,
     };
     let mut texts = vec![("ys", yosys.render())];

@@ -179,6 +179,7 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
 pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[File]) -> Vec<File> {
     let name = header.design;
     let sources: Vec<&str> = rtl.iter().map(|f| f.path.as_str()).collect();
+    let models: Vec<&str> = models.iter().map(|f| f.path.as_str()).collect();
     let bench = BenchContext {
         design: name,
         s_data_bits: design.source().data_bits(),
@@ -189,7 +190,7 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
         module: name,
         purpose: purpose(design),
         sources: sources.clone(),
-        models: models.iter().map(|f| f.path.as_str()).collect(),
+        models: models.clone(),
     };
     let file = |path: String, text: String| File { path, text };
     let mut files = vec![
@@ -208,6 +209,11 @@ pub(crate) fn around(design: &Design, header: &Header, rtl: &[File], models: &[F
             finish(ClockContext { module: name }.render()),
         ),
     ];
-    files.extend(crate::scripts::all(name, design.device(), &sources));
+    files.extend(crate::scripts::all(
+        name,
+        design.device(),
+        &sources,
+        &models,
+    ));
     files
 }

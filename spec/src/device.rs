@@ -32,8 +32,8 @@ pub struct Device {
     pub lut4: Option<u32>,
     /// Inputs of a look-up table.
     pub lut_inputs: u32,
-    /// Flip-flops beside each of them.
-    pub flip_flops_per_lut: u32,
+    /// Flip-flops.
+    pub flip_flops: Option<u32>,
     /// Multipliers.
     pub multipliers: Option<u32>,
     /// Multipliers of logic that a design may have where it is not said how many, on a device that has no
@@ -137,7 +137,7 @@ impl Device {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Synthesis {
-    /// A file of black boxes that are instantiated, if there are any.
+    /// Yosys's file of the blocks that are instantiated; where it has none, our models of them serve.
     pub library: Option<String>,
     /// The command.
     pub command: String,
@@ -148,6 +148,16 @@ pub struct Synthesis {
     /// where there is no device.
     #[serde(default)]
     pub cells: BTreeMap<String, Sites>,
+}
+
+impl Synthesis {
+    /// What is read as black boxes, of the models of a bundle or instead of them.
+    pub fn black_boxes<'a>(&'a self, models: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+        match &self.library {
+            Some(library) => vec![library],
+            None => models.collect(),
+        }
+    }
 }
 
 /// A vendor's tool.
@@ -218,6 +228,9 @@ pub enum PlaceTool {
     /// For Nexus; pins in a PDC file.
     #[serde(rename = "nextpnr-nexus")]
     Nexus,
+    /// For Gowin; pins in a CST file.
+    #[serde(rename = "nextpnr-himbaechel-gowin")]
+    Gowin,
 }
 
 /// A multiplier in a group of them.
@@ -306,7 +319,8 @@ impl AddAssign for Sites {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SiteNames {
-    /// Look-up tables.
+    /// Look-up tables; with a plus between them the kinds of cells that take one each, of as many as there are
+    /// of the first.
     pub lut4: String,
     /// Flip-flops; none if each table has one beside it that is not counted apart.
     pub ff: Option<String>,
@@ -361,6 +375,8 @@ struct Entry {
     name: String,
     part: Option<String>,
     lut4: Option<u32>,
+    /// Where it is not so many a table.
+    flip_flops: Option<u32>,
     multipliers: Option<u32>,
     #[serde(default)]
     logic_multipliers: u32,
@@ -426,7 +442,9 @@ pub fn all() -> &'static [Device] {
                     part: entry.part,
                     lut4: entry.lut4,
                     lut_inputs: family.lut_inputs,
-                    flip_flops_per_lut: family.flip_flops_per_lut,
+                    flip_flops: entry
+                        .flip_flops
+                        .or(entry.lut4.map(|lut4| lut4 * family.flip_flops_per_lut)),
                     multipliers: entry.multipliers,
                     logic_multipliers: entry.logic_multipliers,
                     multiplier_bits: family.multiplier_bits,

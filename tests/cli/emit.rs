@@ -123,7 +123,7 @@ fn options_that_cannot_be_met_are_refused() {
         (
             &["--device", "ecp6-85k"],
             "unknown-device",
-            "device: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, generic, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t expected, `ecp6-85k` found",
+            "device: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, generic, gw2a-18, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t expected, `ecp6-85k` found",
         ),
     ];
     for (options, code, message) in cases {

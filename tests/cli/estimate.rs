@@ -71,6 +71,6 @@ fn a_device_of_unknown_size_is_refused() {
     let place = Place::new();
     place.run(&["estimate", "--weights", "w.json"]).fails(
         2,
-        "error: --device: one whose cells are known expected, `generic` found\nhelp: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
+        "error: --device: one whose cells are known expected, `generic` found\nhelp: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, gw2a-18, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
     );
 }

@@ -245,7 +245,7 @@ fn a_device_that_cannot_be_is_refused() {
     place.run(&["synth", "build/tiny"]).fails(
         2,
         "error: --device: a real one expected, `generic` found\n\
-         help: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
+         help: one of 5csema5, ecp5-25k, ecp5-45k, ecp5-85k, gw2a-18, ice40-hx8k, ice40-up5k, nexus-40k, xczu3eg, xc7a35t, xc7a100t, xc7z020, xc7k325t\n",
     );
     let ran = place.run(&["synth", "build/tiny", "--device", "ecp5-85"]);
     ran.exits(2);
