@@ -29,7 +29,8 @@ const LOWEST: f64 = 1.0;
 ///     asked
 /// };
 /// assert_eq!(ask(100.0, None, 131.0), [100.0, 106.0, 119.1, 150.4, 133.8, 126.2, 129.9, 131.8]);
-/// assert_eq!(ask(150.0, Some(120.0), 131.0), [150.0, 120.0, 134.2, 126.9, 130.5]);
+/// assert_eq!(ask(150.0, Some(120.0), 121.0), [150.0, 141.5, 125.9, 120.0, 122.9]);
+/// assert_eq!(ask(150.0, Some(120.0), 131.0), [150.0, 141.5, 125.9, 133.5, 129.6, 131.5]);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Climb {
@@ -41,11 +42,12 @@ pub struct Climb {
 }
 
 impl Climb {
-    /// Begins with a clock, and if it is missed goes on with a lower one that is likely to be made; in MHz.
+    /// Begins with a clock, and goes no lower than to one that is likely to be made before that is missed too;
+    /// in MHz.
     pub fn new(first: f64, likely: Option<f64>) -> Self {
         Self {
             first,
-            likely: likely.filter(|&mhz| mhz < first),
+            likely,
             made: None,
             missed: None,
             step: STEP,
@@ -58,8 +60,8 @@ impl Climb {
             (None, None) => return Some(self.first),
             (Some(made), None) => made * self.step,
             (None, Some(missed)) => {
-                let likely = self.likely.filter(|_| missed == self.first);
-                likely.unwrap_or(missed / self.step)
+                let likely = self.likely.filter(|&likely| likely < missed);
+                (missed / self.step).max(likely.unwrap_or(LOWEST))
             }
             (Some(made), Some(missed)) if missed / made > NARROW => (made * missed).sqrt(),
             _ => return None,

@@ -50,6 +50,10 @@ impl<'a> Placer<'a> {
     /// If it is not there.
     pub fn new(place: &'a Place, toolbox: &Toolbox, timeout: Duration) -> Result<Self, ToolError> {
         let pin = &place.clock_pin;
+        let ports = || {
+            let pins = [pin].into_iter().chain(&place.other_pins);
+            ["clk_i", "bit_i", "bit_o"].into_iter().zip(pins)
+        };
         let (tool, pins_file, pin_options, pins): (&'static Tool, _, &'static [_], _) = match place
             .tool
         {
@@ -71,9 +75,7 @@ impl<'a> Placer<'a> {
                 &NEXTPNR_NEXUS,
                 "pins.pdc",
                 &["--pdc", "pins.pdc"],
-                ["clk_i", "bit_i", "bit_o"]
-                    .iter()
-                    .zip([pin].into_iter().chain(&place.other_pins))
+                ports()
                     .map(|(port, pin)| {
                         format!(
                             "ldc_set_location -site {{{pin}}} [get_ports {port}]\n\
@@ -86,7 +88,9 @@ impl<'a> Placer<'a> {
                 &NEXTPNR_GOWIN,
                 "pins.cst",
                 &["--vopt", "cst=pins.cst"],
-                format!("IO_LOC \"clk_i\" {pin};\nIO_PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"),
+                ports()
+                    .map(|(port, pin)| format!("IO_LOC \"{port}\" {pin};\n"))
+                    .collect(),
             ),
         };
         Ok(Self {
