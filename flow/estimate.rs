@@ -303,8 +303,25 @@ fn rom(device: &Device, words: &[Vec<i64>], width: u32) -> Sites {
             ..Sites::default()
         };
     }
+    // A table for so many words of a bit, where they are not all equal; bits may have one together.
+    let mut tables: HashSet<(usize, &[bool])> = HashSet::new();
+    for column in &columns {
+        for (place, part) in column.chunks(1 << device.lut_inputs).enumerate() {
+            if part.contains(&true) && part.contains(&false) {
+                tables.insert((place, part));
+            }
+        }
+    }
+    // Synthesis builds a whole power of two of them, each address bit choosing between halves.
+    let parts = words.len().div_ceil(1 << device.lut_inputs);
+    let built = match device.pieces_of_rom(words.len()).len() {
+        1 => tables.len() * parts.next_power_of_two() / parts,
+        _ => tables.len(),
+    };
+    // Of several tables one is chosen a clock later.
+    let chosen = kept * (device.pieces_of_rom(words.len()).len() - 1) * 2 / 3;
     Sites {
-        lut4: (kept * words.len().div_ceil(1 << device.lut_inputs)) as u64,
+        lut4: (built + chosen) as u64,
         ff: kept as u64,
         ..Sites::default()
     }

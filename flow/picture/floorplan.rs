@@ -80,7 +80,7 @@ pub fn floorplan(title: &str, layers: &[String], cells: &[PlacedCell]) -> String
     let font = Font::new(12.0, Anchor::Start);
     let left = LEFT + WIDTH + 14.0;
     let mut y = TOP + 8.0;
-    let others = "streams, admission, queues".to_owned();
+    let others = "streams, queues".to_owned();
     for name in layers.iter().chain([&others]) {
         svg.rectangle(
             (left, y),
