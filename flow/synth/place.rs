@@ -103,13 +103,14 @@ impl<'a> Placer<'a> {
         })
     }
 
-    /// All that a placement depends on but the netlist and the seed.
-    pub fn key(&self) -> [String; 5] {
+    /// All that placements and routes depend on but the netlist, the seed and the clock.
+    pub fn key(&self) -> [String; 6] {
         [
             self.nextpnr.version.to_string(),
             self.pins.clone(),
             self.place.arguments.join(" "),
             self.place.sought_mhz.to_string(),
+            format!("{:?}", self.place.most_rounds),
             self.place.multiplier_rows.concat().join(" "),
         ]
     }
