@@ -67,7 +67,9 @@ impl Climb {
             _ => return None,
         };
         let mhz = (mhz * 10.0).round() / 10.0;
-        (LOWEST..=HIGHEST).contains(&mhz).then_some(mhz)
+        let above = self.made.is_none_or(|made| mhz > made);
+        let below = self.missed.is_none_or(|missed| mhz < missed);
+        (above && below && (LOWEST..=HIGHEST).contains(&mhz)).then_some(mhz)
     }
 
     /// The router came to an end: what it was asked for and what it reached, in MHz. That may be a little
@@ -106,5 +108,28 @@ mod tests {
         assert_eq!(climb.next(), Some(157.9));
         climb.made(157.9, 155.4);
         assert_eq!(climb.next(), None);
+    }
+
+    #[test]
+    fn every_search_ends() {
+        for tenths in 1..3000 {
+            let allowed = f64::from(tenths) / 10.0;
+            for first in [1.0, 2.3, 150.0, 1999.0] {
+                let mut climb = Climb::new(first, Some(allowed * 0.7));
+                let mut asked = Vec::new();
+                while let Some(mhz) = climb.next() {
+                    assert!(!asked.contains(&mhz), "{asked:?} {mhz}");
+                    asked.push(mhz);
+                    if mhz <= allowed {
+                        // A little less than what was asked for, and a little more, in turns.
+                        let by = if asked.len() % 2 == 0 { 0.99 } else { 1.01 };
+                        climb.made(mhz, mhz * by);
+                    } else {
+                        climb.missed(mhz);
+                    }
+                }
+                assert!(asked.len() < 30, "{asked:?}");
+            }
+        }
     }
 }
