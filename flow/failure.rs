@@ -296,7 +296,7 @@ impl From<SynthError> for Failure {
         match error {
             SynthError::Tool(error) => error.into(),
             SynthError::Io { path, source } => Self::io(&path, &source),
-            SynthError::NoRoom { .. } => {
+            SynthError::NoRoom { .. } | SynthError::NoRoutes { .. } => {
                 Self::new(Exit::Difference, "does-not-fit", error.to_string())
                     .help("emit it with a longer --interval or fewer bits, or take a larger device")
             }

@@ -103,6 +103,14 @@ pub enum SynthError {
         /// What the core takes of what is there.
         taken: String,
     },
+    /// The router came to no end at any clock.
+    #[error("no routes for seed {seed}: the router came to no end at any clock, see {}", directory.display())]
+    NoRoutes {
+        /// The placement's.
+        seed: u64,
+        /// Where its logs are.
+        directory: PathBuf,
+    },
     /// A tool wrote something else than it should.
     #[error("{}: {expected} expected, {found} found", path.display())]
     Strange {
@@ -219,8 +227,7 @@ impl Plan<'_> {
                     route.available.ff = route.available.lut4;
                 }
             }
-            let first = self.seeds.first();
-            synthesis.placed = first.map(|seed| directory.join(place::placed(*seed)));
+            synthesis.placed = synthesis.routes.first().map(|route| route.placed.clone());
         }
         Ok(synthesis)
     }
@@ -283,6 +290,10 @@ impl Plan<'_> {
     }
 
     fn synthesize(&self, yosys: &FoundTool, directory: &Path) -> Result<(), SynthError> {
+        let part = directory.join("netlist.part.json");
+        if part.exists() {
+            fs::remove_file(&part).map_err(io(&part))?;
+        }
         let arguments = ["-q", "-l", "yosys.txt", "-s", "synth.ys"];
         let run = tool::run(&Invocation {
             tool: yosys.name.clone(),
@@ -293,7 +304,6 @@ impl Plan<'_> {
             label: "yosys".into(),
             timeout: self.timeout,
         })?;
-        let part = directory.join("netlist.part.json");
         if !part.exists() {
             return Err(run.no_verdict(&yosys.name, "a netlist").into());
         }

@@ -38,6 +38,8 @@ pub struct Climb {
     likely: Option<f64>,
     made: Option<f64>,
     missed: Option<f64>,
+    /// The highest clock that was asked for and came to an end.
+    ended: f64,
     step: f64,
 }
 
@@ -50,6 +52,7 @@ impl Climb {
             likely,
             made: None,
             missed: None,
+            ended: 0.0,
             step: STEP,
         }
     }
@@ -67,9 +70,8 @@ impl Climb {
             _ => return None,
         };
         let mhz = (mhz * 10.0).round() / 10.0;
-        let above = self.made.is_none_or(|made| mhz > made);
         let below = self.missed.is_none_or(|missed| mhz < missed);
-        (above && below && (LOWEST..=HIGHEST).contains(&mhz)).then_some(mhz)
+        (mhz > self.ended && below && (LOWEST..=HIGHEST).contains(&mhz)).then_some(mhz)
     }
 
     /// The router came to an end: what it was asked for and what it reached, in MHz. That may be a little
@@ -77,9 +79,7 @@ impl Climb {
     pub fn made(&mut self, asked: f64, reached: f64) {
         self.grow(self.made.is_some());
         self.made = Some(self.made.map_or(reached, |made| made.max(reached)));
-        if reached < asked {
-            self.missed(asked);
-        }
+        self.ended = self.ended.max(asked);
     }
 
     /// A clock was not reached, in MHz.
@@ -106,13 +106,19 @@ mod tests {
         climb.made(150.0, 153.4);
         climb.missed(162.6);
         assert_eq!(climb.next(), Some(157.9));
-        climb.made(157.9, 155.4);
+        climb.made(157.9, 154.5);
+        assert_eq!(climb.next(), Some(158.5));
+        climb.made(158.5, 154.6);
         assert_eq!(climb.next(), None);
+        // It is no bound either.
+        let mut climb = Climb::new(150.0, None);
+        climb.made(150.0, 149.4);
+        assert_eq!(climb.next(), Some(158.4));
     }
 
     #[test]
     fn every_search_ends() {
-        for tenths in 1..3000 {
+        for tenths in 0..3000 {
             let allowed = f64::from(tenths) / 10.0;
             for first in [1.0, 2.3, 150.0, 1999.0] {
                 let mut climb = Climb::new(first, Some(allowed * 0.7));

@@ -39,7 +39,7 @@ struct Placement<'a> {
 pub(super) const NETLIST: &str = "netlist.json";
 
 /// What a placement is called.
-pub(super) fn placed(seed: u64) -> String {
+fn placed(seed: u64) -> String {
     format!("seed-{seed}.placed.json")
 }
 
@@ -141,7 +141,12 @@ impl<'a> Placer<'a> {
         let mut best: Option<Route> = None;
         while let Some(mhz) = climb.next() {
             doing(format!("seed {seed}, routing for {mhz} MHz"));
-            let Some(route) = placement.route(mhz, most_rounds)? else {
+            let route = match placement.route(mhz, most_rounds) {
+                // What was reached is told; a router that comes to no end may take any time.
+                Err(SynthError::Tool(ToolError::TimedOut { .. })) if best.is_some() => None,
+                route => route?,
+            };
+            let Some(route) = route else {
                 climb.missed(mhz);
                 continue;
             };
@@ -157,10 +162,9 @@ impl<'a> Placer<'a> {
                 break;
             }
         }
-        best.ok_or_else(|| SynthError::Strange {
-            path: directory.join(placed(seed)),
-            expected: "a placement that can be routed at some clock".into(),
-            found: "none".into(),
+        best.ok_or_else(|| SynthError::NoRoutes {
+            seed,
+            directory: directory.to_owned(),
         })
     }
 }
@@ -177,6 +181,7 @@ impl Placement<'_> {
                 ["--freq", &sought, "--no-route"],
             );
             let own = [&own[..], &["--json", NETLIST, "--write", &part]].concat();
+            self.forget(&part)?;
             let run = self.nextpnr(&label, &own)?;
             let part = self.written(&run, &part)?;
             forget_clock(&part)?;
@@ -203,8 +208,9 @@ impl Placement<'_> {
             .concat();
             let endless = |log: &Path| {
                 let text = fs::read_to_string(log).unwrap_or_default();
-                rounds(&text).is_some_and(|(rounds, _)| rounds > most_rounds)
+                rounds(&text).is_some_and(|(rounds, late)| rounds > most_rounds && late > 0)
             };
+            self.forget(&part)?;
             let run = tool::run_until(&self.invocation(&label, &own), endless);
             let Some(run) = run.map_err(|error| self.told(error))? else {
                 let log = self.directory.join(format!("{label}.log"));
@@ -216,13 +222,13 @@ impl Placement<'_> {
             };
             self.keep(&self.written(&run, &part)?, &report)?;
         }
-        self.read(mhz).map(Some)
+        self.read(mhz, placed(self.seed)).map(Some)
     }
 
     /// Both at once, if that has not been done.
     fn place_and_route(&self, mhz: f64) -> Result<Route, SynthError> {
         let (label, report) = self.report(mhz);
-        let placed = placed(self.seed);
+        let placed = format!("{label}.placed.json");
         if !self.directory.join(&report).exists() || !self.directory.join(&placed).exists() {
             let freq = mhz.to_string();
             let [report_part, placed_part] =
@@ -233,11 +239,13 @@ impl Placement<'_> {
                 &["--report", &report_part, "--write", &placed_part],
             ]
             .concat();
+            self.forget(&report_part)?;
+            self.forget(&placed_part)?;
             let run = self.nextpnr(&label, &own)?;
             self.keep(&self.written(&run, &placed_part)?, &placed)?;
             self.keep(&self.written(&run, &report_part)?, &report)?;
         }
-        self.read(mhz)
+        self.read(mhz, placed)
     }
 
     /// What the files of a route are called: their stem, and the report.
@@ -247,9 +255,20 @@ impl Placement<'_> {
         (label, report)
     }
 
-    fn read(&self, mhz: f64) -> Result<Route, SynthError> {
+    fn read(&self, mhz: f64, placed: String) -> Result<Route, SynthError> {
         let report = self.directory.join(self.report(mhz).1);
-        Route::read(&report, self.seed, mhz, self.placer.place)
+        let mut route = Route::read(&report, self.seed, mhz, self.placer.place)?;
+        route.placed = self.directory.join(placed);
+        Ok(route)
+    }
+
+    /// Deletes what a run that was broken off may have left.
+    fn forget(&self, name: &str) -> Result<(), SynthError> {
+        let path = self.directory.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io(&path)(error)),
+            _ => Ok(()),
+        }
     }
 
     /// A file that a run should have written.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hwgen_spec::device::{Place, Sites};
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,9 @@ pub struct Route {
     pub available: Sites,
     /// The slowest path.
     pub critical_path: SlowPath,
+    /// The netlist with all places.
+    #[serde(skip)]
+    pub placed: PathBuf,
 }
 
 /// The slowest path of a placement.
@@ -126,6 +129,7 @@ impl Route {
             cells: count(|site| site.used, &tables),
             available: count(|site| site.available, &tables[..1]),
             critical_path: SlowPath::of(slowest),
+            placed: PathBuf::new(),
         })
     }
 }

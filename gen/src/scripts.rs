@@ -41,6 +41,8 @@ struct Radiant<'a> {
     module: &'a str,
     sources: &'a [&'a str],
     part: &'a str,
+    /// Its grade of speed: the digit behind the last dash.
+    grade: &'a str,
 }
 
 #[derive(Template)]
@@ -84,10 +86,14 @@ pub(crate) fn all(module: &str, device: &Device, sources: &[&str], models: &[&st
             }),
             Vendor::Radiant => ("radiant.tcl", {
                 let part = part("LIFCL-40-7BG400I");
+                let (_, package) = part
+                    .rsplit_once('-')
+                    .expect("LIFCL-<size>-<grade><package>");
                 Radiant {
                     module,
                     sources,
                     part,
+                    grade: &package[..1],
                 }
                 .render()
             }),

@@ -1,7 +1,7 @@
 # @{ module }@: Lattice Radiant (Nexus), synthesis to routes. Not run by hwgen.
 # Run in an empty directory outside of the bundle: radiantc BUNDLE/syn/@{ module }@.radiant.tcl
 set root [file normalize [file join [file dirname [info script]] ..]]
-prj_create -name @{ module }@ -impl impl_1 -dev @{ part }@ -performance 7_High-Performance_1.0V -synthesis synplify
+prj_create -name @{ module }@ -impl impl_1 -dev @{ part }@ -performance @{ grade }@_High-Performance_1.0V -synthesis synplify
 foreach file {
 @% for file in sources %@  @{ file }@
 @% endfor %@} {

@@ -181,6 +181,41 @@ fn a_clock_that_is_missed_is_no_success() {
     synth(&place, &["--seeds", "3", "--freq", "150"]).exits(0);
 }
 
+/// The router that is always late, that takes its time above a clock, and that ends a little short.
+#[test]
+fn a_search_ends_and_keeps_what_it_found() {
+    let place = bench(2, &[0.5]);
+    let ran = synth(&place, &["--json"]);
+    ran.exits(1);
+    let message = ran.json()["error"]["message"].to_string();
+    assert!(message.contains("no routes for seed 1"), "{message}");
+    assert!(place.read("routes").ends_with("1 1\n"));
+
+    let place = bench(2, &[170.0]);
+    let tool = place.read("bin/nextpnr-ecp5");
+    // It says nothing and goes on.
+    place.write("bin/nextpnr-ecp5", &tool.replace("tmgfail=5", "tmgfail=0"));
+    let ran = synth(&place, &["--timeout", "2", "--json"]);
+    ran.exits(0);
+    assert_eq!(ran.json()["fmax_mhz"]["max"], 170.0);
+    assert!(!place.read("routes").is_empty());
+
+    // 149.4 of 150 is no reason to give up.
+    let place = bench(2, &[170.0]);
+    place.write("report-1.json", &report(149.4));
+    let tool = place.read("bin/nextpnr-ecp5");
+    let short = tool.replace(
+        "/report-$seed.json $out",
+        "/$([ $freq = 150 ] && echo report-1 || echo better).json $out",
+    );
+    assert!(short != tool);
+    place.write("better.json", &report(158.0));
+    place.write("bin/nextpnr-ecp5", &short);
+    let ran = synth(&place, &["--freq", "150", "--json"]);
+    ran.exits(0);
+    assert_eq!(ran.json()["fmax_mhz"]["max"], 158.0);
+}
+
 #[test]
 fn a_core_that_does_not_fit_is_told_with_what_is_short() {
     let place = bench(31, &[]);
