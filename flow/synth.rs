@@ -39,7 +39,8 @@ pub struct Plan<'a> {
     pub device: &'a Device,
     /// How it is placed, if open tools can.
     pub place: Option<&'a Place>,
-    /// The clock that is enough; without one, the highest is sought.
+    /// The clock that is enough; without one, the highest is sought where a placement is routed for several,
+    /// else the family's usual one.
     ///
     /// # Units
     /// MHz
