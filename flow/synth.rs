@@ -71,8 +71,6 @@ pub struct Synthesis {
     /// The placements, in the order of the seeds; none if the netlist is larger than the device, or no
     /// open tool places on it.
     pub routes: Vec<Route>,
-    /// The netlist with all places of the first seed, if there is one.
-    pub placed: Option<PathBuf>,
 }
 
 /// A tool that was used.
@@ -218,7 +216,6 @@ impl Plan<'_> {
                 .fold(Sites::default(), |sum, part| sum + part.sites),
             parts,
             routes: Vec::new(),
-            placed: None,
         };
         if let Some(placer) = placer.filter(|_| synthesis.fits(self.device)) {
             synthesis.routes = self.place_all(&placer, &directory, progress)?;
@@ -228,7 +225,6 @@ impl Plan<'_> {
                     route.available.ff = route.available.lut4;
                 }
             }
-            synthesis.placed = synthesis.routes.first().map(|route| route.placed.clone());
         }
         Ok(synthesis)
     }

@@ -128,11 +128,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     })?;
     drop(line);
     let mut drawn = None;
-    if let (Some((mut file, path)), Some(placed), Some(place)) =
-        (picture.take(), &synthesis.placed, place)
+    if let (Some((mut file, path)), Some(route), Some(place)) =
+        (picture.take(), synthesis.routes.first(), place)
     {
         let design = &source.design;
-        let cells = placed::read(placed, place)?;
+        let cells = placed::read(&route.placed, place)?;
         let title = format!("{} on {}", design.name(), device.name);
         let layers = design.perceptron().layers();
         let layers: Vec<String> = layers.map(|layer| layer.quant.name.clone()).collect();
