@@ -208,8 +208,9 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         words = words.div_ceil(2);
     }
     if layer.accumulates() {
-        // The first word of a group clears what was there.
-        array += adder(sum) + sum;
+        // The first word of a group clears what was there, in tables of its own where the chain's don't.
+        let clears = if device.clears_in_chain { 0 } else { sum };
+        array += adder(sum) + clears;
     }
     let own = multiplier(device, quant.input.width(), quant.weight_format.width());
     let array = match layer.adders() {

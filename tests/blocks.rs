@@ -1,5 +1,5 @@
 //! Cells of a family, simulated, against the portable ones and against other models: multipliers in
-//! blocks, pairs of bits in carry chains.
+//! blocks, pairs of bits and accumulators in carry chains.
 //!
 //! A bench offers all operands of four bits, and corners and random ones of wider words, to two
 //! multipliers at once and compares their products in every clock.
@@ -33,10 +33,14 @@ const NEXUS: [&str; 2] = [
 /// The multiplier of adders stands alone.
 const LOGIC: [&str; 2] = [include_str!("../rtl/devices/logic/hwg_mul.v"), ""];
 
+const ECP5_CARRY: &str = include_str!("../rtl/devices/ecp5/CCU2C.v");
 const PORTABLE_PAIR: &str = include_str!("../rtl/lib/hwg_pair.v");
-const ECP5_PAIR: [&str; 2] = [
-    include_str!("../rtl/devices/ecp5/hwg_pair.v"),
-    include_str!("../rtl/devices/ecp5/CCU2C.v"),
+const ECP5_PAIR: [&str; 2] = [include_str!("../rtl/devices/ecp5/hwg_pair.v"), ECP5_CARRY];
+
+const PORTABLE_ACCUMULATOR: &str = include_str!("../rtl/lib/hwg_accumulator.v");
+const ECP5_ACCUMULATOR: [&str; 2] = [
+    include_str!("../rtl/devices/ecp5/hwg_accumulator.v"),
+    ECP5_CARRY,
 ];
 
 /// `{other}` and `hwg_mul`, of the same operands.
@@ -219,22 +223,92 @@ fn a_carry_chain_multiplies_by_two_bits() {
     assert!(unequal > 100);
 }
 
+/// Random words in `hwg_accumulator` and in the portable one of name `portable`, of words, sums and turns.
+fn accumulators_against_portable(own: &[&str], (width, sum, sums): (u32, u32, u32)) -> [u64; 3] {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut sources: Vec<String> = own.iter().map(|text| (*text).to_owned()).collect();
+    sources.push(renamed(PORTABLE_ACCUMULATOR, "hwg_accumulator", "portable"));
+    sources.push(format!(
+        "module bench;
+  localparam W = {width}, S = {sum}, N = {sums};
+  reg clk = 1'b0, enable = 1'b0, first = 1'b0;
+  reg [63:0] word;
+  wire [S-1:0] p, q;
+  hwg_accumulator #(.WIDTH(W), .SUM_WIDTH(S), .SUMS(N)) u_p (.clk_i(clk), .enable_i(enable),
+    .first_i(first), .word_i(word[W-1:0]), .sum_o(p));
+  portable #(.WIDTH(W), .SUM_WIDTH(S), .SUMS(N)) u_q (.clk_i(clk), .enable_i(enable),
+    .first_i(first), .word_i(word[W-1:0]), .sum_o(q));
+  integer i, equal = 0, unequal = 0, changes = 0;
+  reg [S-1:0] past;
+  initial begin
+    for (i = 0; i < 4096; i = i + 1) begin
+      word = {{$random, $random}};
+      enable = $random;
+      first = &word[43:40];
+      past = q;
+      #1 clk = 1'b1;
+      #1 clk = 1'b0;
+      if (p === q) equal = equal + 1; else unequal = unequal + 1;
+      if (q !== past) changes = changes + 1;
+    end
+    $display(\"equal %0d unequal %0d changes %0d\", equal, unequal, changes);
+  end
+endmodule
+"
+    ));
+    compare(&sources, directory.path())
+}
+
+#[test]
+fn a_carry_chain_accumulates() {
+    for widths in [(2, 2, 1), (2, 3, 2), (9, 12, 3), (32, 33, 1), (36, 40, 1)] {
+        let [equal, unequal, changes] = accumulators_against_portable(&ECP5_ACCUMULATOR, widths);
+        assert_eq!((equal, unequal), (4096, 0), "{widths:?}");
+        assert!(changes > 1000, "{widths:?}");
+    }
+    // The old sum is not cleared, or carries are lost.
+    for init in ["16'h66AA", "16'hA6A0"] {
+        let wrong = ECP5_ACCUMULATOR[0].replace("16'hA6AA", init);
+        assert!(wrong != ECP5_ACCUMULATOR[0]);
+        let [_, unequal, _] = accumulators_against_portable(&[&wrong, ECP5_CARRY], (9, 12, 1));
+        assert!(unequal > 1000, "{init}");
+    }
+}
+
 /// The model of the carry chain is ours; Yosys has one of its own.
 #[test]
 fn our_model_of_the_carry_chain_is_equal_to_that_of_yosys() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let script = "read_verilog +/ecp5/cells_sim.v; chparam -set INIT0 16'h7888 \
-        -set INIT1 16'h7888 -set INJECT1_0 \"NO\" -set INJECT1_1 \"NO\" CCU2C; \
-        hierarchy -top CCU2C; rename CCU2C YOSYS_CCU2C; proc; flatten; opt_clean; write_verilog -noattr theirs.v";
-    let theirs = written_by_yosys(script, directory.path());
-    assert!(theirs.contains("module YOSYS_CCU2C(") && !theirs.contains("parameter"));
-    let (before, rest) = ECP5_PAIR[0].split_once("CCU2C #(").expect("an instance");
-    let (_, after) = rest.split_once(") u_cell").expect("its parameters");
-    let body = format!("{before}YOSYS_CCU2C u_cell{after}");
-    assert_eq!(
-        pairs_against_portable(&[&body, &theirs], 9),
-        [2048, 0, 2048]
-    );
+    for (init, own) in [
+        ("16'h7888", ECP5_PAIR[0]),
+        ("16'hA6AA", ECP5_ACCUMULATOR[0]),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let script = format!(
+            "read_verilog +/ecp5/cells_sim.v; chparam -set INIT0 {init} \
+            -set INIT1 {init} -set INJECT1_0 \"NO\" -set INJECT1_1 \"NO\" CCU2C; hierarchy -top CCU2C; \
+            rename CCU2C YOSYS_CCU2C; proc; flatten; opt_clean; write_verilog -noattr theirs.v"
+        );
+        let theirs = written_by_yosys(&script, directory.path());
+        assert!(theirs.contains("module YOSYS_CCU2C(") && !theirs.contains("parameter"));
+        let (before, rest) = own.split_once("CCU2C #(").expect("an instance");
+        let (parameters, after) = rest.split_once(") u_cell").expect("its parameters");
+        assert!(parameters.contains(init));
+        let body = format!("{before}YOSYS_CCU2C u_cell{after}");
+        let found = match init {
+            "16'h7888" => (
+                pairs_against_portable(&[&body, &theirs], 9),
+                [2048, 0, 2048],
+            ),
+            _ => {
+                let own = accumulators_against_portable(&[own, ECP5_CARRY], (9, 12, 1));
+                (
+                    accumulators_against_portable(&[&body, &theirs], (9, 12, 1)),
+                    own,
+                )
+            }
+        };
+        assert_eq!(found.0, found.1, "{init}");
+    }
 }
 
 /// The model of the block is ours; Yosys has one of its own, which takes its parameters here.

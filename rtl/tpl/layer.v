@@ -105,7 +105,7 @@ module @{ module }@ (
 @% endif %@
   // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
   // another layer may read the same and stand elsewhere.
-  (* keep *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ operands_range }@ operands_q = {@{ operands_width }@{1'b0}};
   (* keep *) always @(posedge clk_i) operands_q <= @{ operands }@;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree@% if accumulates %@, less the clock of

@@ -28,7 +28,7 @@ module @{ module }@ (
   output wire error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
@@ -74,7 +74,7 @@ module @{ module }@ (
   );
 @% for l in layers %@
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
-  (* keep *) reg @{ l.name }@_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ l.name }@_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) @{ l.name }@_rst_q2 <= ~rst_ni;
   wire @{ l.next }@;
   wire @{ l.name }@_valid;
@@ -122,9 +122,9 @@ module @{ module }@ (
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
-  (* keep *) reg @{ n.name }@_leave_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ n.name }@_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= leave;
-  (* keep *) reg @{ n.name }@_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ n.name }@_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) @{ n.name }@_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(@{ n.fifo_width }@),

@@ -22,9 +22,9 @@ module @{ module }@ (
 );
 @% if accumulates || operand_registers.len() > 0 %@  // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
   // tools look for at the register and others at the process, all elements share one.
-@% for register in operand_registers %@  (* keep *) reg @{ operands_range }@ @{ register.name }@ = {@{ operands_width }@{1'b0}};
-@% endfor %@@% if accumulates %@  (* keep *) reg enable_q = 1'b0;
-  (* keep *) reg first_q = 1'b0;
+@% for register in operand_registers %@  (* keep, dont_merge, syn_preserve = 1 *) reg @{ operands_range }@ @{ register.name }@ = {@{ operands_width }@{1'b0}};
+@% endfor %@@% if accumulates %@  (* keep, dont_merge, syn_preserve = 1 *) reg enable_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg first_q = 1'b0;
 @% endif %@  (* keep *) always @(posedge clk_i) begin
 @% for register in operand_registers %@    @{ "{:<11}"|format(register.name) }@ <= @{ register.source }@;
 @% endfor %@@% if accumulates %@    enable_q    <= enable_i;

@@ -13,8 +13,8 @@ module @{ module }@ (
 );
 @% if own_address %@  // A copy of the address for this ROM alone, a clock to it and a clock from it; without `keep`,
   // which some tools look for at the register and others at the process, they share one for all.
-  (* keep *) reg @{ address_copy_range }@ address_q = @{ address_width }@'d0;
-  (* keep *) reg @{ copies_range }@ address_q2 = @{ copies_width }@'d0;@% if copies > 1 %@  // one for each weight@% endif %@
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ address_copy_range }@ address_q = @{ address_width }@'d0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg @{ copies_range }@ address_q2 = @{ copies_width }@'d0;@% if copies > 1 %@  // one for each weight@% endif %@
   (* keep *) always @(posedge clk_i) begin
     address_q  <= address_i;
     address_q2 <= @{ copied }@;

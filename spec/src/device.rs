@@ -43,6 +43,8 @@ pub struct Device {
     pub multiplier_bits: Option<u32>,
     /// Whether a multiplier shows what its inner registers hold.
     pub multiplier_shows_operands: bool,
+    /// Whether an accumulator's carry chain clears its sum too, with no tables in front of it.
+    pub clears_in_chain: bool,
     /// Whether cells are too few for adders in the place of multipliers.
     pub no_adders: bool,
     /// Bits of a beat of a stream, at least: a wide one makes the latency shorter.
@@ -347,6 +349,8 @@ struct FamilyFile {
     #[serde(default)]
     no_adders: bool,
     #[serde(default)]
+    clears_in_chain: bool,
+    #[serde(default)]
     stream_bits: u32,
     #[serde(default)]
     activation_in_logic: bool,
@@ -450,6 +454,7 @@ pub fn all() -> &'static [Device] {
                     multiplier_bits: family.multiplier_bits,
                     multiplier_shows_operands: family.multiplier_shows_operands,
                     activation_in_logic: family.activation_in_logic,
+                    clears_in_chain: family.clears_in_chain,
                     no_adders: family.no_adders,
                     stream_bits: family.stream_bits,
                     block_rams: entry.block_rams,

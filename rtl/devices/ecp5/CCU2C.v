@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// CCU2C: simulation model of two bits of a carry chain of an ECP5, for hwg_pair.
+// CCU2C: simulation model of two bits of a carry chain of an ECP5.
 //
 // Function:  each half is a table of four inputs, whose sum with the carry comes out; the carry goes on
 //            where the table is one, else it is what the lowest four words of the table say of A and B.
