@@ -31,6 +31,9 @@ struct LayerContext<'a> {
     synapse_folds: usize,
     starts: usize,
     starts_range: String,
+    /// Copies of the signal that sums are done.
+    loads: usize,
+    loads_range: String,
     flow: Vec<String>,
     x_format: String,
     w_format: String,
@@ -235,6 +238,8 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         synapse_folds: layer.synapse_folds(),
         starts: layer.start_copies(),
         starts_range: wire_range(layer.start_copies()),
+        loads: layer.load_copies(),
+        loads_range: wire_range(layer.load_copies()),
         flow,
         x_format: x.to_string(),
         w_format: w.to_string(),

@@ -3,6 +3,7 @@
 use askama::Template;
 use hwgen_spec::activation::OddTable;
 use hwgen_spec::design::{Layer, bias_rom_width, extra_shift_width};
+use hwgen_spec::device::Device;
 use hwgen_spec::format::to_bits;
 
 use crate::bundle::File;
@@ -28,7 +29,10 @@ struct Rom<'a> {
     address_copy_range: String,
     address_width: usize,
     data_range: String,
-    width: usize,
+    /// What the word's register starts with.
+    start: String,
+    /// Whether it, or that of a table, has a one.
+    starts_with_ones: bool,
     rom_style: &'static str,
     rom_note: String,
     /// Tables that it is built of, if there are several.
@@ -38,8 +42,8 @@ struct Rom<'a> {
 
 /// Several tables of which a ROM is built.
 struct Tables {
-    /// Registers of their words.
-    registers: Vec<String>,
+    /// Registers of their words, each with what it starts with.
+    registers: Vec<(String, String)>,
     /// Whether the word that is chosen is registered.
     registered: bool,
     /// Highest bits of the address, once for each copy of it.
@@ -304,14 +308,24 @@ fn rom(
             block
         })
         .collect();
+    let start = |words: &[Word]| start(words, width, header.device);
     let depths = header.device.pieces_of_rom(words.len());
     let registered = header.device.rom_latency(words.len()) > 1;
     let (tables, blocks) = if depths.len() > 1 && may_split {
-        let (tables, blocks) = in_tables(&depths, registered, blocks, read, address);
+        let (mut tables, blocks) = in_tables(&depths, registered, blocks, read, address);
+        let mut rest = &words[..];
+        for ((_, register), depth) in tables.registers.iter_mut().zip(&depths) {
+            let (own, behind) = rest.split_at(rest.len().min(*depth));
+            (*register, rest) = (start(own), behind);
+        }
         (Some(tables), blocks)
     } else {
         (None, blocks)
     };
+    let whole = start(&words);
+    let zero = format!("{width}'h0");
+    let mut of_tables = tables.iter().flat_map(|tables| &tables.registers);
+    let starts_with_ones = whole != zero || of_tables.any(|(_, own)| *own != zero);
     let most = bits(header.device.logic_rom_words);
     let (rom_style, rom_note) = if header.device.rom_in_logic(words.len()) {
         ("logic", format!("up to {most} go to logic"))
@@ -336,7 +350,8 @@ fn rom(
         address_copy_range: range(address),
         address_width: address,
         data_range: range(width),
-        width,
+        start: whole,
+        starts_with_ones,
         rom_style,
         rom_note: format!(
             "{} word{}: {rom_note} (hwgen: docs/interface.md).",
@@ -373,7 +388,8 @@ fn in_tables(
     let of_address = |copy: usize, low: usize, width: usize| {
         format!("{read}[{} +: {width}]", copy * address + low)
     };
-    let registers: Vec<String> = (0..depths.len()).map(|n| format!("table{n}_q")).collect();
+    let registers = (0..depths.len()).map(|n| (format!("table{n}_q"), String::new()));
+    let registers: Vec<(String, String)> = registers.collect();
     let (mut blocks, mut choices) = (Vec::new(), Vec::new());
     let mut low = 0;
     for (copy, block) in whole.into_iter().enumerate() {
@@ -385,7 +401,7 @@ fn in_tables(
         let high = format!("above_q[{} +: {above}]", copy * above);
         let mut rows = block.rows.into_iter();
         let (mut first, mut word) = (0, String::new());
-        for (depth, register) in depths.iter().zip(&registers) {
+        for (depth, (register, _)) in depths.iter().zip(&registers) {
             let own = address_width(*depth);
             let numbered = |(at, row): (usize, Row)| Row {
                 address: format!("{own}'d{at}"),
@@ -434,6 +450,19 @@ fn in_tables(
         choices,
     };
     (tables, blocks)
+}
+
+/// What a register of words starts with, of the ROM or of a table of it.
+fn start(words: &[Word], width: usize, device: &Device) -> String {
+    let field = |field: usize| {
+        let codes: Vec<i64> = words.iter().map(|(fields, _)| fields[field].0).collect();
+        (device.rom_start(&codes), words[0].0[field].1)
+    };
+    let fields: Fields = (0..words[0].0.len()).map(field).collect();
+    match fields.iter().all(|(code, _)| *code == 0) {
+        true => format!("{width}'h0"),
+        false => literal(&fields, width),
+    }
 }
 
 /// A sized hexadecimal literal of the fields, the first lowest.

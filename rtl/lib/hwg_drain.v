@@ -11,11 +11,12 @@
 module hwg_drain #(
   parameter integer WORDS = 4,  // sums of a group, a multiple of LANES
   parameter integer LANES = 1,  // sums a clock
-  parameter integer WIDTH = 8   // bits of a sum
+  parameter integer WIDTH = 8,  // bits of a sum
+  parameter integer LOADS = 1   // copies of load_i, each for its part of the sums
 ) (
   input  wire                   clk_i,
   input  wire                   rst_i,
-  input  wire                   load_i,
+  input  wire [LOADS-1:0]       load_i,
   input  wire                   flag_i,
   input  wire [WORDS*WIDTH-1:0] words_i,
   output wire                   valid_o,
@@ -32,19 +33,17 @@ module hwg_drain #(
   wire valid = left_q != {LEFT_WIDTH{1'b0}};
 
   always @(posedge clk_i) begin
-    if (rst_i)       left_q <= {LEFT_WIDTH{1'b0}};
-    else if (load_i) left_q <= BEATS[LEFT_WIDTH-1:0];
-    else if (valid)  left_q <= left_q - 1'b1;
+    if (rst_i)          left_q <= {LEFT_WIDTH{1'b0}};
+    else if (load_i[0]) left_q <= BEATS[LEFT_WIDTH-1:0];
+    else if (valid)     left_q <= left_q - 1'b1;
   end
 
   integer i;
   always @(posedge clk_i) begin
-    if (load_i) begin
-      word_q <= words_i;
-      flag_q <= flag_i;
-    end else begin
-      for (i = 0; i < WORDS - LANES; i = i + 1)
-        word_q[i*WIDTH +: WIDTH] <= word_q[(i+LANES)*WIDTH +: WIDTH];
+    if (load_i[0]) flag_q <= flag_i;
+    for (i = 0; i < WORDS; i = i + 1) begin
+      if (load_i[i*LOADS/WORDS])  word_q[i*WIDTH +: WIDTH] <= words_i[i*WIDTH +: WIDTH];
+      else if (i < WORDS - LANES) word_q[i*WIDTH +: WIDTH] <= word_q[(i+LANES)*WIDTH +: WIDTH];
     end
   end
 

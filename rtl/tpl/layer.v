@@ -124,9 +124,11 @@ module @{ module }@ (
     .data_o({tree_valid, tree_first, tree_last, tree_flag})
   );
 
-  wire sums_valid;
+  wire @{ loads_range }@sums_valid;
   wire sums_flag;
-  hwg_group u_group (
+  hwg_group @% if loads > 1 %@#(
+    .COPIES(@{ loads }@)
+  ) @% endif %@u_group (
     .clk_i  (clk_i),
     .rst_i  (rst_i),
     .valid_i(tree_valid),
@@ -173,7 +175,8 @@ module @{ module }@ (
   hwg_drain #(
     .WORDS(@{ pe }@),
     .LANES(@{ lanes }@),
-    .WIDTH(@{ sum_width }@)
+    .WIDTH(@{ sum_width }@)@% if loads > 1 %@,
+    .LOADS(@{ loads }@)@% endif %@
   ) u_drain (
     .clk_i  (clk_i),
     .rst_i  (rst_i),

@@ -21,15 +21,16 @@ module @{ module }@ (
   end
 
 @% endif %@  // @{ rom_note }@
-@% match tables %@
+@% if starts_with_ones %@  // Bits that all words have start as they stay: as ones that rise once they would be no constants.
+@% endif %@@% match tables %@
 @% when Some with (tables) %@  // It is built of several tables, of which the highest bits of the address choose one@% if tables.registered %@, a clock
   // later@% endif %@.
 @% for register in tables.registers %@  (* rom_style = "@{ rom_style }@" *)
-  reg @{ data_range }@ @{ register }@ = @{ width }@'h0;
+  reg @{ data_range }@ @{ register.0 }@ = @{ register.1 }@;
 @% endfor %@  reg @{ tables.above_range }@ above_q = @{ tables.above_width }@'d0;
   always @(posedge clk_i) above_q <= @{ tables.above }@;
 
-@% if tables.registered %@  reg @{ data_range }@ data_q = @{ width }@'h0;
+@% if tables.registered %@  reg @{ data_range }@ data_q = @{ start }@;
   always @(posedge clk_i) begin
 @% for choice in tables.choices %@    @{ choice.data }@ <=
       @{ choice.word }@;
@@ -38,7 +39,7 @@ module @{ module }@ (
       @{ choice.word }@;
 @% endfor %@@% endif %@
 @% when None %@  (* rom_style = "@{ rom_style }@" *)
-  reg @{ data_range }@ data_q = @{ width }@'h0;
+  reg @{ data_range }@ data_q = @{ start }@;
 
 @% endmatch %@  // The second time for tools that take the style of a ROM from its case statement.
 @% for block in blocks %@  always @(posedge clk_i) begin

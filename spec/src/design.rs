@@ -244,6 +244,15 @@ impl Layer {
         bits.div_ceil(START_REACH)
     }
 
+    /// Copies of the signal that a group's sums are done: one for so many bits of the drain that they are
+    /// loaded into.
+    pub fn load_copies(&self) -> usize {
+        if !self.accumulates() || self.drain_beats() == 1 {
+            return 1;
+        }
+        (self.fold.pe * to_usize(self.quant.sum_width)).div_ceil(START_REACH)
+    }
+
     /// Copies of the signal that a layer's vector is whole, for those who take it whole: layers
     /// that replay it, or where `readers` is empty a queue of answers.
     pub fn gather_starts(readers: &[&Layer]) -> usize {

@@ -102,6 +102,27 @@ impl Device {
         self.multipliers.is_some() && !self.multiplier_shows_operands
     }
 
+    /// What the register of a ROM of these words, a field of each, holds before the first edge: the bits that
+    /// all words have, if it is of logic and there is a word for every address; else zero.
+    ///
+    /// A register that rises at the first edge for good is a constant to no tool, and synthesis makes one
+    /// of all those of a core.
+    ///
+    /// ```
+    /// use hwgen_spec::device::Device;
+    ///
+    /// let generic = Device::find("generic").unwrap();
+    /// assert_eq!(generic.rom_start(&[0b110, 0b011]), 0b010);
+    /// assert_eq!(generic.rom_start(&[0b110, 0b011, 0b111]), 0);
+    /// ```
+    pub fn rom_start(&self, words: &[i64]) -> i64 {
+        let full = words.len() > 1 && words.len().is_power_of_two();
+        if !full || !self.rom_in_logic(words.len()) {
+            return 0;
+        }
+        words.iter().fold(-1, |bits, word| bits & word)
+    }
+
     /// Clocks from an address to its registered word, for a ROM of so many words.
     pub fn rom_latency(&self, words: usize) -> usize {
         let at_once = crate::design::to_usize(self.logic_rom_words_a_clock);

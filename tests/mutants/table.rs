@@ -128,8 +128,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "group done a clock early",
         file: "rtl/hwg_group.v",
-        find: "assign done_o = done_q2;",
-        replace: "assign done_o = done_q;",
+        find: "assign done_o[g] = done_q2;",
+        replace: "assign done_o[g] = done_q;",
         signal: "mutant.u_mlp.u_shared_l0.u_requant.beat_q",
     },
     Mutant {

@@ -34,7 +34,7 @@ type Row = [f64; 4];
 /// at d - 1.
 ///
 /// At power-up the history is of zeros, and so is all that comes of it; only the first words that leave
-/// a ROM are that of address 0.
+/// a ROM are those that its registers start with, then that of address 0.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pe: usize,
@@ -55,7 +55,8 @@ pub(super) struct Array {
     foot: usize,
     levels: usize,
     /// `[1 + fold][block][simd]`, a block being four elements, those beyond the last of weight
-    /// zero; word 0 is the zero of power-up.
+    /// zero; word 0 is the zero of power-up, and behind the last fold stand what `data_q` starts with and
+    /// the same of each table.
     weights: Vec<Row>,
     blocks: usize,
     /// `[slot][simd]`: a ring of the operands of the last clocks, one slot an age.
@@ -80,8 +81,19 @@ impl Array {
         let blocks = pe.div_ceil(4);
         let zero = [0.0; 4];
         let mut weights = vec![zero; simd * blocks];
-        for fold in 0..layer.folds() {
-            let words: Vec<Vec<i64>> = (0..pe).map(|p| layer.weight_word(p, fold)).collect();
+        // `[fold][element][simd]`
+        let codes: Vec<Vec<Vec<i64>>> = (0..layer.folds())
+            .map(|fold| (0..pe).map(|p| layer.weight_word(p, fold)).collect())
+            .collect();
+        let mut rest = &codes[..];
+        let tables = device.pieces_of_rom(layer.folds());
+        let starts = tables.iter().map(|depth| {
+            let (own, behind) = rest.split_at(rest.len().min(*depth));
+            rest = behind;
+            start(own, device)
+        });
+        let starts: Vec<Vec<Vec<i64>>> = starts.collect();
+        for words in codes.iter().chain([&start(&codes, device)]).chain(&starts) {
             for block in words.chunks(4) {
                 weights.extend((0..simd).map(|s| {
                     let mut row = zero;
@@ -95,6 +107,11 @@ impl Array {
         let levels = layer.tree_levels();
         let data = layer.operand_latency();
         let foot = data + 3;
+        let tables_age = data + 1 - layer.rom_latency;
+        let mut words = vec![0; levels + foot + 1];
+        words[..layer.copy_latency].fill(1);
+        words[tables_age] = 2 + layer.folds();
+        words[data] = 1 + layer.folds();
         Self {
             pe,
             simd,
@@ -105,20 +122,15 @@ impl Array {
             address_copies: layer.address_copies(device),
             hides_operands: device.hides_operands(),
             copy_latency: layer.copy_latency,
-            tables: device.pieces_of_rom(layer.folds()),
-            tables_age: data + 1 - layer.rom_latency,
+            tables,
+            tables_age,
             data,
             foot,
             levels,
             weights,
             blocks,
             operands: vec![0.0; (levels + foot + 1) * simd],
-            words: std::iter::repeat_n(1, layer.copy_latency)
-                .chain(std::iter::repeat_n(
-                    0,
-                    levels + foot + 1 - layer.copy_latency,
-                ))
-                .collect(),
+            words,
             newest: 0,
             enable: false,
             first: false,
@@ -233,13 +245,14 @@ impl Array {
             return;
         };
         let slot = (self.newest + self.tables_age) % self.words.len();
-        let address = self.words[slot].checked_sub(1);
+        let address = Some(self.words[slot] - 1).filter(|address| *address < self.folds);
         let mut first = 0;
         for (table, depth) in self.tables.iter().enumerate() {
-            let word = address.map(|address| first + address % depth);
-            let row = word
-                .filter(|word| *word < self.folds)
-                .map_or(0, |word| 1 + word);
+            let row = match address.map(|address| first + address % depth) {
+                None => 2 + self.folds + table,
+                Some(word) if word < self.folds => 1 + word,
+                Some(_) => 0,
+            };
             let block = &self.weights[(row * self.blocks + p / 4) * self.simd..][..self.simd];
             let codes: Vec<i64> = block.iter().map(|row| code(row[p % 4])).collect();
             probe.words(&format!("table{table}_q"), self.w_bits, &codes);
@@ -319,6 +332,17 @@ impl Array {
     }
 }
 
+/// What registers of these words start with, `[element][simd]` as each of them.
+fn start(words: &[Vec<Vec<i64>>], device: &Device) -> Vec<Vec<i64>> {
+    let weight = |p: usize, s: usize| {
+        let codes: Vec<i64> = words.iter().map(|word| word[p][s]).collect();
+        device.rom_start(&codes)
+    };
+    let elements = words[0].iter().enumerate();
+    let element = |(p, own): (usize, &Vec<i64>)| (0..own.len()).map(|s| weight(p, s)).collect();
+    elements.map(element).collect()
+}
+
 /// One level of an adder tree: sums of neighbours, an odd last word passing through.
 fn halve(words: &[i64]) -> Vec<i64> {
     words.chunks(2).map(|pair| pair.iter().sum()).collect()
@@ -368,8 +392,9 @@ pub(super) fn code(sum: f64) -> i64 {
 }
 
 /// `hwg_group`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Group {
+    copies: usize,
     pub(super) done: bool,
     pub(super) flag: bool,
     /// `done_q`, `flag_q`: what the other two, `done_q2` and `flag_q2`, will be.
@@ -378,6 +403,16 @@ pub(super) struct Group {
 }
 
 impl Group {
+    pub(super) fn new(copies: usize) -> Self {
+        Self {
+            copies,
+            done: false,
+            flag: false,
+            done_next: false,
+            flag_next: false,
+        }
+    }
+
     #[inline]
     pub(super) fn step(&mut self, reset: bool, control: super::feed::Control) {
         self.done = !reset && self.done_next;
@@ -390,7 +425,11 @@ impl Group {
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.bit("done_q", self.done_next);
-        probe.bit("done_q2", self.done);
+        for copy in 0..self.copies {
+            within(probe, format_args!("g_copy[{copy}]"), |probe| {
+                probe.bit("done_q2", self.done);
+            });
+        }
         probe.bit("flag_q", self.flag_next);
         probe.bit("flag_q2", self.flag);
     }

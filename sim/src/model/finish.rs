@@ -16,7 +16,8 @@ use super::probe::{Probe, address_bits, within};
 /// As in the array, only control has a reset and nothing has an enable, so that a lane's registers
 /// of `age` clocks behind `sum_q` follow from sum and ROM entry of `age` clocks ago. A sum's word
 /// is worked out when the sum comes in and waits until it stands in `word_q`; what lies between
-/// is worked out only to be shown. The zeros of power-up fit in: zero, through entry zero, is zero.
+/// is worked out only to be shown. The zeros of power-up fit in: zero, through entry zero, is zero. Age 0
+/// has then what the ROM's register starts with.
 ///
 /// | age | registers |
 /// |---|---|
@@ -42,7 +43,7 @@ pub(super) struct Requant {
     counts: bool,
     output_beats: usize,
     array_beats: usize,
-    /// `[1 + beat][lane]`; word 0 is the zero of power-up.
+    /// `[1 + beat][lane]`; word 0 is the zero of power-up, behind the last stands what `data_q` starts with.
     entries: Vec<Entry>,
     beat: usize,
     address_copies: usize,
@@ -75,18 +76,29 @@ struct Entry {
 impl Requant {
     pub(super) fn new(layer: &Layer, device: &Device) -> Self {
         let quant = &layer.quant;
-        let entries = (0..layer.array_beats()).flat_map(|beat| layer.bias_word(beat));
-        let entries = entries.map(|(bias, extra)| Entry {
+        let entry = |(bias, extra): (i64, u32)| Entry {
             bias,
             extra,
             shift: (extra + quant.base_shift).min(63),
+        };
+        let beats: Vec<Vec<(i64, u32)>> = (0..layer.array_beats())
+            .map(|beat| layer.bias_word(beat).into_iter().collect())
+            .collect();
+        let start = (0..layer.lanes).map(|lane| {
+            let of_lane = beats.iter().map(|beat| beat[lane]);
+            let (biases, extras): (Vec<_>, Vec<_>) = of_lane
+                .map(|(bias, extra)| (bias, i64::from(extra)))
+                .unzip();
+            let extra = u32::try_from(device.rom_start(&extras)).expect("a shift");
+            (device.rom_start(&biases), extra)
         });
+        let entries = beats.iter().flatten().copied().chain(start).map(entry);
         let zero = std::iter::repeat_n(Entry::default(), layer.lanes);
         let extra_bits = extra_shift_width(quant);
         let stages = if extra_bits > 0 { 5 } else { 4 };
         let pre = quant.pre;
         let odd = matches!(quant.activation, Activation::Tanh | Activation::Sigmoid);
-        Self {
+        let mut new = Self {
             lanes: layer.lanes,
             sum_bits: quant.sum_width,
             biased_bits: quant.biased_width,
@@ -110,7 +122,9 @@ impl Requant {
             roms: vec![0; stages],
             sums: vec![0; stages * layer.lanes],
             words: vec![0; stages * layer.lanes],
-        }
+        };
+        new.finish(1 + layer.array_beats());
+        new
     }
 
     #[inline]
@@ -156,10 +170,28 @@ impl Requant {
         // The oldest slot becomes the newest.
         self.newest = self.slot(self.stages - 1);
         let rom = 1 + self.beat;
+        put(&mut self.sums[self.newest * self.lanes..][..self.lanes]);
+        self.finish(rom);
+        self.flag = self.flag << 1 | u32::from(flag);
+        let keep = valid && self.beat < self.output_beats;
+        self.valid = if reset {
+            0
+        } else {
+            self.valid << 1 | u32::from(keep)
+        };
+        if reset {
+            self.beat = 0;
+        } else if valid {
+            self.beat = if rom == self.array_beats { 0 } else { rom };
+        }
+    }
+
+    /// Works out the words of the newest sums with a word of the ROM.
+    #[inline]
+    fn finish(&mut self, rom: usize) {
         self.roms[self.newest] = rom;
         let lanes = self.lanes;
-        let sums = &mut self.sums[self.newest * lanes..][..lanes];
-        put(sums);
+        let sums = &self.sums[self.newest * lanes..][..lanes];
         let words = &mut self.words[self.newest * lanes..][..lanes];
         let entries = &self.entries[rom * lanes..][..lanes];
         let mut clipped = 0;
@@ -173,18 +205,6 @@ impl Requant {
             clipped |= cut;
         }
         self.clipped = self.clipped << 1 | u32::from(clipped != 0 && self.counts);
-        self.flag = self.flag << 1 | u32::from(flag);
-        let keep = valid && self.beat < self.output_beats;
-        self.valid = if reset {
-            0
-        } else {
-            self.valid << 1 | u32::from(keep)
-        };
-        if reset {
-            self.beat = 0;
-        } else if valid {
-            self.beat = if rom == self.array_beats { 0 } else { rom };
-        }
     }
 
     /// Whether a word does not hold a value: then it is clamped, unless it is a negative one that
@@ -273,8 +293,8 @@ fn register_bits(stages: usize) -> u32 {
 ///
 /// A ROM of several tables has their words at age 1; all but these is a clock older then.
 ///
-/// At power-up age 0 holds the argument 0, but `data_q` holds no line of the table: there and
-/// beyond are blanks, on a line of offset and slope 0, until they have left.
+/// At power-up age 0 holds the argument 0, but the ROM's registers no line of the table: in them are
+/// lines that they start with, and beyond are blanks, of offset and slope 0, until they have left.
 #[derive(Clone, Debug)]
 pub(super) struct Units {
     table: Arc<OddTable>,
@@ -289,6 +309,10 @@ pub(super) struct Units {
     lanes: usize,
     /// Depths of the tables of the ROM.
     tables: Vec<usize>,
+    /// What registers start with: those of tables, if there are several, each with its own.
+    table_starts: Vec<(i64, i64)>,
+    /// That of the ROM behind that of the first table, as they come out.
+    starts: Vec<(i64, i64)>,
     /// Slots of the ring and registers in a row: from an argument to its word.
     stages: usize,
     /// Clocks of the ROM.
@@ -312,14 +336,25 @@ impl Units {
         let lanes = layer.lanes;
         let stages = activation_latency(layer);
         let rom = layer.segment_latency;
+        let start = |lines: &[(i64, i64)]| {
+            let (offsets, slopes): (Vec<_>, Vec<_>) = lines.iter().copied().unzip();
+            (device.rom_start(&offsets), device.rom_start(&slopes))
+        };
+        let lines: Vec<(i64, i64)> = table.lines().collect();
+        let tables = match rom {
+            1 => Vec::new(),
+            _ => device.pieces_of_rom(table.segments()),
+        };
+        let of_tables = tables.first().map(|depth| lines.chunks(*depth).map(start));
+        let table_starts: Vec<(i64, i64)> = of_tables.into_iter().flatten().collect();
+        let first = table_starts.first().copied().into_iter();
         let mut new = Self {
-            tables: match rom {
-                1 => Vec::new(),
-                _ => device.pieces_of_rom(table.segments()),
-            },
+            starts: first.chain([start(&lines)]).collect(),
+            table_starts,
+            tables,
             stages,
             rom,
-            lines: table.lines().map(|(a, b)| (a << shift, b)).collect(),
+            lines: lines.iter().map(|(a, b)| (a << shift, *b)).collect(),
             slope_bits: table.slope_bits(),
             distance_bits: table.distance_bits(),
             one,
@@ -335,6 +370,10 @@ impl Units {
         };
         let zero = new.value(0);
         new.words[..lanes].fill(zero);
+        for (age, start) in new.starts.iter().enumerate() {
+            let word = (start.0 << shift) >> new.slope_bits;
+            new.words[(1 + age) * lanes..][..lanes].fill(one + word);
+        }
         let oldest = new.words.len() - lanes;
         new.words[oldest..].fill(0);
         Some(new)
@@ -404,11 +443,10 @@ impl Units {
             return;
         };
         let (table, segment) = (&self.table, self.segment(argument.abs()));
-        let blank = self.edges == 0;
-        for (number, first) in (0..self.tables.len()).map(|n| (n, n * depth)) {
-            let (a, b) = match blank {
-                true => (0, 0),
-                false => table.line_of(first + segment % depth),
+        for (number, start) in self.table_starts.iter().enumerate() {
+            let (a, b) = match self.edges {
+                0 => *start,
+                _ => table.line_of(number * depth + segment % depth),
             };
             let widths = [table.slope_width(), table.offset_width()];
             probe.fields(&format!("table{number}_q"), &widths, &[b, a]);
@@ -422,7 +460,8 @@ impl Units {
         let argument = |age| self.arguments[self.slot(age) * self.lanes + unit];
         let line = |age| {
             if age > self.edges {
-                (0, 0)
+                let start = self.starts.get(age - self.edges - 1);
+                start.copied().unwrap_or_default()
             } else {
                 table.line_of(self.segment(argument(age).abs()))
             }

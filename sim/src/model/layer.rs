@@ -81,7 +81,7 @@ impl LayerModel {
                 if layer.accumulates() { 4 } else { 2 },
                 control_depth(layer),
             ),
-            group: layer.accumulates().then(Group::default),
+            group: layer.accumulates().then(|| Group::new(layer.load_copies())),
             drain: drains.then(|| Drain::new(layer.fold.pe, layer.lanes, layer.quant.sum_width)),
             requant: Requant::new(layer, device),
             units: Units::new(layer, device)

@@ -128,7 +128,7 @@ impl Queue {
         reset: bool,
         offered: bool,
         taken: bool,
-        put: impl FnOnce(&mut [i64]),
+        mut put: impl FnMut(&mut [i64]),
     ) {
         let fields = self.widths.len();
         let (push, pop) = (offered && self.ready, self.valid && taken);
@@ -139,10 +139,12 @@ impl Queue {
             let next = &self.memory[self.read * fields..][..fields];
             self.head.copy_from_slice(next);
         }
-        if behind {
+        // Where there is room, what is offered is written, be it a word or not; without a word behind it the
+        // head takes it likewise.
+        if self.ready {
             put(&mut self.memory[self.write * fields..][..fields]);
-        } else if moves_up && !more {
-            // Without a word behind it the head takes what is offered, be it a word or not.
+        }
+        if moves_up && !more {
             put(&mut self.head);
         }
         let next = |at: usize, moves: bool| (at + usize::from(moves)) % (self.depth - 1);

@@ -45,8 +45,8 @@ module gate (
 
   // The reset goes out in two steps, by a register of its own to copies near to what they reset.
   reg rst_nq = 1'b0;
-  (* keep *) reg ingress_rst_q2 = 1'b1;
-  (* keep *) reg egress_rst_q2  = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg ingress_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg egress_rst_q2  = 1'b1;
   always @(posedge aclk) rst_nq <= aresetn;
   (* keep *) always @(posedge aclk) ingress_rst_q2 <= ~rst_nq;
   (* keep *) always @(posedge aclk) egress_rst_q2  <= ~rst_nq;

@@ -28,7 +28,7 @@ module gate_mlp (
   output wire        error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
@@ -74,7 +74,7 @@ module gate_mlp (
   );
 
   // Layer net_l0: 3 to 7 sigmoid, 1 x 3 multipliers for 7 clocks.
-  (* keep *) reg net_l0_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg net_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_l0_rst_q2 <= ~rst_ni;
   wire unused_net_l0_next;
   wire net_l0_valid;
@@ -93,7 +93,7 @@ module gate_mlp (
   );
 
   // Layer net_l1: 7 to 2 sigmoid, 2 x 1 multipliers for 7 clocks.
-  (* keep *) reg net_l1_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg net_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_l1_rst_q2 <= ~rst_ni;
   wire net_l1_next;
   wire net_l1_valid;
@@ -137,9 +137,9 @@ module gate_mlp (
   wire net_saturated;
   wire [25:0] net_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
-  (* keep *) reg net_leave_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg net_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) net_leave_q <= leave;
-  (* keep *) reg net_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg net_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) net_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(27),

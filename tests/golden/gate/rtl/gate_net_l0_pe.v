@@ -20,8 +20,8 @@ module gate_net_l0_pe (
 );
   // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
   // tools look for at the register and others at the process, all elements share one.
-  (* keep *) reg [47:0] operands_q = {48{1'b0}};
-  (* keep *) reg [47:0] operands_q2 = {48{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [47:0] operands_q = {48{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [47:0] operands_q2 = {48{1'b0}};
   (* keep *) always @(posedge clk_i) begin
     operands_q  <= operands_i;
     operands_q2 <= operands_q;

@@ -14,8 +14,8 @@ module gate_net_l1_w1 (
 );
   // A copy of the address for this ROM alone, a clock to it and a clock from it; without `keep`,
   // which some tools look for at the register and others at the process, they share one for all.
-  (* keep *) reg [2:0] address_q = 3'd0;
-  (* keep *) reg [2:0] address_q2 = 3'd0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg [2:0] address_q = 3'd0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg [2:0] address_q2 = 3'd0;
   (* keep *) always @(posedge clk_i) begin
     address_q  <= address_i;
     address_q2 <= address_q;

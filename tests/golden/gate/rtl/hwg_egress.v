@@ -43,7 +43,7 @@ module hwg_egress #(
   reg move_q = 1'b0;  // it does, or a frame comes
 
   // A frame comes; `keep`, for the sender has the same in a register.
-  (* keep *) reg load_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg load_q = 1'b0;
   (* keep *) always @(posedge clk_i) load_q <= frame_next_i;
 
   wire beat_valid = left_q != {LEFT_WIDTH{1'b0}};

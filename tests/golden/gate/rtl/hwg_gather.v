@@ -76,14 +76,14 @@ module hwg_gather #(
   end
 
   // That the last beat is here, for the copies alone: without `keep` it would be the last of put_q.
-  (* keep *) reg complete_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg complete_q = 1'b0;
   (* keep *) always @(posedge clk_i) complete_q <= next & place_q[BEATS-1] & ~rst_i;
 
   // Copies that drive a part of the readers' words each: `keep` keeps them.
   genvar g;
   generate
     for (g = 0; g < STARTS; g = g + 1) begin : g_copy
-      (* keep *) reg start_q = 1'b0;
+      (* keep, dont_merge, syn_preserve = 1 *) reg start_q = 1'b0;
       (* keep *) always @(posedge clk_i) start_q <= complete_q & ~rst_i;
       assign start_o[g] = start_q;
     end

@@ -67,9 +67,11 @@ module hwg_queue #(
     ready_q <= ~rst_i & (pop | ~(full | (near & push)));
   end
 
-  // Without a word behind it the head takes what is offered, be it a word or not.
+  // Where there is room, what is offered is written, be it a word or not: only write_q says that it counts,
+  // and no gate stands between a register and all bits of the memory. Without a word behind it the head
+  // takes it likewise.
   always @(posedge clk_i) begin
-    if (behind)             memory[write_q] <= data_i;
+    if (ready_q)            memory[write_q] <= data_i;
     if (ready_i | ~valid_q) head_q <= more_q ? memory[read_q] : data_i;
   end
 

@@ -152,7 +152,7 @@ module hwg_requant #(
       if (COPIES == 1) begin : g_shared
         assign address_o = beat_q;
       end else begin : g_own
-        (* keep *) reg [ADDRESS_WIDTH-1:0] address_q = {ADDRESS_WIDTH{1'b0}};
+        (* keep, dont_merge, syn_preserve = 1 *) reg [ADDRESS_WIDTH-1:0] address_q = {ADDRESS_WIDTH{1'b0}};
         wire end_of_frame = address_q == LAST[ADDRESS_WIDTH-1:0];
         (* keep *) always @(posedge clk_i) begin
           if (rst_i)        address_q <= {ADDRESS_WIDTH{1'b0}};

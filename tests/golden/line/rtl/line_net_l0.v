@@ -53,7 +53,7 @@ module line_net_l0 (
 
   // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
   // another layer may read the same and stand elsewhere.
-  (* keep *) reg [13:0] operands_q = {14{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [13:0] operands_q = {14{1'b0}};
   (* keep *) always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree.

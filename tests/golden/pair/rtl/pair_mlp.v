@@ -29,7 +29,7 @@ module pair_mlp (
   output wire         error_o
 );
   // Copies of the reset, one for each part that may stand elsewhere; this one is for what is here.
-  (* keep *) reg rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) rst_q2 <= ~rst_ni;
 
   // Both decisions fall a clock ahead, so that registers drive what loads and moves whole frames.
@@ -75,7 +75,7 @@ module pair_mlp (
   );
 
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
-  (* keep *) reg shared_l0_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg shared_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) shared_l0_rst_q2 <= ~rst_ni;
   wire shared_l0_next;
   wire shared_l0_valid;
@@ -113,7 +113,7 @@ module pair_mlp (
   );
 
   // Layer turn_l0: 7 to 5 tanh, 3 x 1 multipliers for 14 clocks.
-  (* keep *) reg turn_l0_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg turn_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_l0_rst_q2 <= ~rst_ni;
   wire turn_l0_next;
   wire turn_l0_valid;
@@ -151,7 +151,7 @@ module pair_mlp (
   );
 
   // Layer turn_l1: 5 to 3 tanh, 1 x 2 multipliers for 9 clocks.
-  (* keep *) reg turn_l1_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg turn_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_l1_rst_q2 <= ~rst_ni;
   wire unused_turn_l1_next;
   wire turn_l1_valid;
@@ -170,7 +170,7 @@ module pair_mlp (
   );
 
   // Layer turn_out: 3 to 3 linear, 1 x 1 multiplier for 9 clocks.
-  (* keep *) reg turn_out_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg turn_out_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_out_rst_q2 <= ~rst_ni;
   wire turn_out_next;
   wire turn_out_valid;
@@ -208,7 +208,7 @@ module pair_mlp (
   );
 
   // Layer size_l0: 7 to 3 relu, 1 x 2 multipliers for 12 clocks.
-  (* keep *) reg size_l0_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg size_l0_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_l0_rst_q2 <= ~rst_ni;
   wire unused_size_l0_next;
   wire size_l0_valid;
@@ -227,7 +227,7 @@ module pair_mlp (
   );
 
   // Layer size_l1: 3 to 1 linear, 1 x 1 multiplier for 3 clocks.
-  (* keep *) reg size_l1_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg size_l1_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_l1_rst_q2 <= ~rst_ni;
   wire size_l1_next;
   wire size_l1_valid;
@@ -271,9 +271,9 @@ module pair_mlp (
   wire turn_saturated;
   wire [59:0] turn_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
-  (* keep *) reg turn_leave_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg turn_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) turn_leave_q <= leave;
-  (* keep *) reg turn_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg turn_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) turn_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(61),
@@ -297,9 +297,9 @@ module pair_mlp (
   wire size_saturated;
   wire [19:0] size_answer;
   // Copies of leave_q and of the reset for this queue alone: `keep` keeps them.
-  (* keep *) reg size_leave_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg size_leave_q = 1'b0;
   (* keep *) always @(posedge clk_i) size_leave_q <= leave;
-  (* keep *) reg size_rst_q2 = 1'b1;
+  (* keep, dont_merge, syn_preserve = 1 *) reg size_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) size_rst_q2 <= ~rst_ni;
   hwg_queue #(
     .WIDTH(21),

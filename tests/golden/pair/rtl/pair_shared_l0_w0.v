@@ -14,8 +14,8 @@ module pair_shared_l0_w0 (
 );
   // A copy of the address for this ROM alone, a clock to it and a clock from it; without `keep`,
   // which some tools look for at the register and others at the process, they share one for all.
-  (* keep *) reg [3:0] address_q = 4'd0;
-  (* keep *) reg [3:0] address_q2 = 4'd0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg [3:0] address_q = 4'd0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg [3:0] address_q2 = 4'd0;
   (* keep *) always @(posedge clk_i) begin
     address_q  <= address_i;
     address_q2 <= address_q;

@@ -41,7 +41,7 @@ module pair_size_l1 (
 
   // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
   // another layer may read the same and stand elsewhere.
-  (* keep *) reg [17:0] operands_q = {18{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [17:0] operands_q = {18{1'b0}};
   (* keep *) always @(posedge clk_i) operands_q <= words_i;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of

@@ -54,7 +54,7 @@ module pair_turn_l0 (
 
   // The operands keep pace with the addresses, of which each weight ROM takes a copy; `keep`, for
   // another layer may read the same and stand elsewhere.
-  (* keep *) reg [17:0] operands_q = {18{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [17:0] operands_q = {18{1'b0}};
   (* keep *) always @(posedge clk_i) operands_q <= operands;
 
   // Control bits keep pace with copies, ROM, multipliers and adder tree, less the clock of
@@ -73,9 +73,11 @@ module pair_turn_l0 (
     .data_o({tree_valid, tree_first, tree_last, tree_flag})
   );
 
-  wire sums_valid;
+  wire [1:0] sums_valid;
   wire sums_flag;
-  hwg_group u_group (
+  hwg_group #(
+    .COPIES(2)
+  ) u_group (
     .clk_i  (clk_i),
     .rst_i  (rst_i),
     .valid_i(tree_valid),
@@ -141,7 +143,8 @@ module pair_turn_l0 (
   hwg_drain #(
     .WORDS(3),
     .LANES(1),
-    .WIDTH(29)
+    .WIDTH(29),
+    .LOADS(2)
   ) u_drain (
     .clk_i  (clk_i),
     .rst_i  (rst_i),

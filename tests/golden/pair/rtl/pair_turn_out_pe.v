@@ -22,10 +22,10 @@ module pair_turn_out_pe (
 );
   // Copies for this element alone, a clock to them and a clock from them; without `keep`, which some
   // tools look for at the register and others at the process, all elements share one.
-  (* keep *) reg [13:0] operands_q = {14{1'b0}};
-  (* keep *) reg [13:0] operands_q2 = {14{1'b0}};
-  (* keep *) reg enable_q = 1'b0;
-  (* keep *) reg first_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg [13:0] operands_q = {14{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg [13:0] operands_q2 = {14{1'b0}};
+  (* keep, dont_merge, syn_preserve = 1 *) reg enable_q = 1'b0;
+  (* keep, dont_merge, syn_preserve = 1 *) reg first_q = 1'b0;
   (* keep *) always @(posedge clk_i) begin
     operands_q  <= operands_i;
     operands_q2 <= operands_q;
