@@ -12,7 +12,8 @@ mod place;
 pub mod placed;
 pub mod route;
 
-use std::fs;
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -58,7 +59,7 @@ pub struct Plan<'a> {
 }
 
 /// What came of it.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Synthesis {
     /// The tools, with their versions.
     pub tools: Vec<ToolVersion>,
@@ -68,9 +69,13 @@ pub struct Synthesis {
     pub parts: Vec<Part>,
     /// What they take together.
     pub netlist: Sites,
+    /// Cells of the netlist of which it is not known what they take, by type.
+    pub uncounted: BTreeMap<String, usize>,
     /// The placements, in the order of the seeds; none if the netlist is larger than the device, or no
     /// open tool places on it.
     pub routes: Vec<Route>,
+    /// Why there are no more of them.
+    pub failed: Option<(u64, SynthError)>,
 }
 
 /// A tool that was used.
@@ -189,6 +194,13 @@ impl Plan<'_> {
             files.push((placer.pins_file, &placer.pins));
         }
         let directory = self.cache.join(&self.key(&key)[..16]);
+        let _lock = lock(&directory, || {
+            progress(Progress {
+                activity: format!("waiting for another run in {}", directory.display()),
+                done: 0,
+                total,
+            });
+        })?;
         self.lay_out(&directory, &files)?;
         progress(Progress {
             activity: format!("Yosys {}", yosys.version),
@@ -199,7 +211,7 @@ impl Plan<'_> {
         if !netlist_path.exists() {
             self.synthesize(&yosys, &directory)?;
         }
-        let parts = netlist::parts(&netlist_path, &self.device.synthesis.cells)?;
+        let (parts, uncounted) = netlist::parts(&netlist_path, &self.device.synthesis)?;
         let tools = [&yosys]
             .into_iter()
             .chain(placer.as_ref().map(|p| &p.nextpnr));
@@ -215,10 +227,22 @@ impl Plan<'_> {
                 .iter()
                 .fold(Sites::default(), |sum, part| sum + part.sites),
             parts,
+            uncounted,
             routes: Vec::new(),
+            failed: None,
         };
         if let Some(placer) = placer.filter(|_| synthesis.fits(self.device)) {
-            synthesis.routes = self.place_all(&placer, &directory, progress)?;
+            let found = self.place_all(&placer, &directory, progress);
+            for (seed, route) in self.seeds.iter().zip(found) {
+                match route {
+                    Ok(route) => synthesis.routes.push(route),
+                    // What other placements came to is told all the same, if there are any.
+                    Err(error) => synthesis.failed = synthesis.failed.or(Some((*seed, error))),
+                }
+            }
+            if let (true, Some(_)) = (synthesis.routes.is_empty(), &synthesis.failed) {
+                return Err(synthesis.failed.expect("a failure").1);
+            }
             if placer.place.sites.ff.is_none() {
                 for route in &mut synthesis.routes {
                     route.cells.ff = synthesis.netlist.ff;
@@ -314,7 +338,7 @@ impl Plan<'_> {
         placer: &Placer<'_>,
         directory: &Path,
         progress: &(dyn Fn(Progress) + Sync),
-    ) -> Result<Vec<Route>, SynthError> {
+    ) -> Vec<Result<Route, SynthError>> {
         let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let found: Mutex<Vec<(usize, Result<Route, SynthError>)>> = Mutex::new(Vec::new());
         let work = || {
@@ -331,10 +355,6 @@ impl Plan<'_> {
                     });
                 };
                 let route = placer.run(directory, *seed, self.goal_mhz, &doing);
-                if route.is_err() {
-                    // Nothing more is begun.
-                    next.store(self.seeds.len(), Ordering::SeqCst);
-                }
                 done.fetch_add(1, Ordering::SeqCst);
                 found.lock().expect("no thread panics").push((at, route));
             }
@@ -348,6 +368,21 @@ impl Plan<'_> {
         found.sort_by_key(|(at, _)| *at);
         found.into_iter().map(|(_, route)| route).collect()
     }
+}
+
+/// Makes the directory, and keeps others out of it for as long as the lock lives.
+fn lock(directory: &Path, wait: impl FnOnce()) -> Result<File, SynthError> {
+    fs::create_dir_all(directory).map_err(io(directory))?;
+    let path = directory.join("lock");
+    let file = File::create(&path).map_err(io(&path))?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            wait();
+            file.lock().map_err(io(&path))?;
+        }
+        tried => tried.map_err(|error| io(&path)(error.into()))?,
+    }
+    Ok(file)
 }
 
 /// Names the file in an error.

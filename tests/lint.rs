@@ -9,6 +9,7 @@ use std::process::Command;
 use hwgen_gen::{Bundle, generate};
 use hwgen_sim::tool::{ICARUS, Tool, Toolbox, VERILATOR, YOSYS};
 use hwgen_spec::design::Design;
+use hwgen_spec::device;
 use hwgen_spec::options::{Budget, Options, WidthSetting};
 use hwgen_spec::weights;
 
@@ -452,6 +453,17 @@ fn every_multiplier_is_in_a_block(device: &str, models: &[&str], cells: &[&str])
     let design = Design::new(&net, &options).expect("a legal design");
     let wanted = design.multipliers() + design.activation_multipliers();
     let stat = log.rsplit("Printing statistics").next().expect("it");
+    let synthesis = &device::find(device).expect("a device").synthesis;
+    let (_, counts) = stat.split_once("Number of cells:").expect("a table");
+    for line in counts
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.trim().is_empty())
+    {
+        let kind = line.split_whitespace().next().expect("a type");
+        let known = synthesis.cells.contains_key(kind) || synthesis.free.iter().any(|f| f == kind);
+        assert!(known, "{device}: {kind}");
+    }
     let blocks: usize = stat
         .lines()
         .filter_map(|line| line.trim().split_once(' '))

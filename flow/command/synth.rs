@@ -50,7 +50,8 @@ pub struct Args {
     /// The device [default: the one that the bundle was made for]
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
-    /// The clock to be reached, and no more [default: as fast as it gets]
+    /// The clock that is enough [default: the highest where a placement is routed for several, else the
+    /// family's usual one]
     #[arg(long, value_name = "MHZ", value_parser = clock)]
     pub freq: Option<f64>,
     /// How many placements, from seed 1 on
@@ -122,7 +123,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         jobs: args.jobs.unwrap_or(cores),
     };
     let line = Mutex::new(output.progress());
-    let synthesis = plan.run(&|progress| {
+    let mut synthesis = plan.run(&|progress| {
         let mut line = line.lock().expect("no thread panics");
         line.show(&progress.activity, progress.done, progress.total);
     })?;
@@ -142,10 +143,21 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     }
     output.detail(&format!("all files in {}", synthesis.directory.display()));
     let speed = Speed::of(&synthesis, &source.design);
-    let failure = judge(args, &source, device, &synthesis, speed.as_ref());
+    let failed = synthesis.failed.take().map(|(seed, error)| {
+        let mut failure = Failure::from(error);
+        failure.message = format!("seed {seed}: {}; the others are told", failure.message);
+        failure
+    });
+    let failure = failed.or_else(|| judge(args, &source, device, &synthesis, speed.as_ref()));
     let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
     let mut remarks = Vec::new();
+    if !synthesis.uncounted.is_empty() {
+        let kinds = synthesis.uncounted.iter();
+        let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
+        let kinds = kinds.join(", ");
+        remarks.push(format!("cells of unknown types are not counted: {kinds}"));
+    }
     match (&args.floorplan, &drawn) {
         (Some(_), None) => remarks.push("nothing is placed, so no picture is drawn".to_owned()),
         (_, Some(path)) => remarks.push(format!("picture in {path}")),
@@ -317,6 +329,7 @@ fn facts(
         "available": routes.first().map(|route| route.available),
         "netlist": synthesis.netlist,
         "parts": synthesis.parts,
+        "uncounted": synthesis.uncounted,
         "fmax_mhz": fmax,
         "latency_cycles": design.latency_cycles(),
         "interval_cycles": design.interval_cycles(),

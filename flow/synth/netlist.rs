@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use hwgen_spec::device::Sites;
+use hwgen_spec::device::{Sites, Synthesis};
 use serde::{Deserialize, Serialize};
 
 use super::{SynthError, io};
@@ -30,6 +30,8 @@ struct Netlist {
 #[derive(Deserialize)]
 struct Module {
     #[serde(default)]
+    attributes: BTreeMap<String, serde_json::Value>,
+    #[serde(default)]
     cells: BTreeMap<String, Cell>,
 }
 
@@ -39,11 +41,15 @@ struct Cell {
     kind: String,
 }
 
-/// Sites by part, from a flat netlist whose cells are named by their place in the hierarchy.
+/// Sites by part, from a flat netlist whose cells are named by their place in the hierarchy; and cells of
+/// types that are not known, counted.
 ///
 /// # Errors
 /// If the netlist cannot be read.
-pub fn parts(path: &Path, sites: &BTreeMap<String, Sites>) -> Result<Vec<Part>, SynthError> {
+pub fn parts(
+    path: &Path,
+    synthesis: &Synthesis,
+) -> Result<(Vec<Part>, BTreeMap<String, usize>), SynthError> {
     let file = File::open(path).map_err(io(path))?;
     let netlist: Netlist =
         serde_json::from_reader(BufReader::new(file)).map_err(|error| SynthError::Strange {
@@ -52,15 +58,20 @@ pub fn parts(path: &Path, sites: &BTreeMap<String, Sites>) -> Result<Vec<Part>, 
             found: error.to_string(),
         })?;
     let mut parts: BTreeMap<(String, String), Sites> = BTreeMap::new();
-    for (name, cell) in netlist.modules.values().flat_map(|module| &module.cells) {
-        if let Some(taken) = sites.get(&cell.kind) {
-            *parts.entry(place(name)).or_default() += *taken;
+    let mut unknown = BTreeMap::new();
+    // The others are what Yosys knows of the device's cells.
+    let core = netlist.modules.values();
+    let core = core.filter(|module| module.attributes.contains_key("top"));
+    for (name, cell) in core.flat_map(|module| &module.cells) {
+        match synthesis.cells.get(&cell.kind) {
+            Some(taken) => *parts.entry(place(name)).or_default() += *taken,
+            None if synthesis.free.contains(&cell.kind) => {}
+            None => *unknown.entry(cell.kind.clone()).or_default() += 1,
         }
     }
-    Ok(parts
-        .into_iter()
-        .map(|((name, piece), sites)| Part { name, piece, sites })
-        .collect())
+    let parts = parts.into_iter();
+    let parts = parts.map(|((name, piece), sites)| Part { name, piece, sites });
+    Ok((parts.collect(), unknown))
 }
 
 /// The part, and the piece of it, that a cell or net of a flat netlist belongs to.
@@ -149,16 +160,17 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("n.json");
         let text = r#"{"creator": "Yosys", "modules": {
-            "LUT4": {"attributes": {"blackbox": "1"}, "ports": {}},
-            "x_shell": {"cells": {
+            "CCU2C": {"attributes": {"whitebox": "1"}, "cells": {"lut": {"type": "LUT4"}}},
+            "x_shell": {"attributes": {"top": "1"}, "cells": {
                 "u_core.u_mlp.u_a_l0.u_pe0.p_LUT4_Z": {"type": "LUT4", "connections": {}},
                 "u_core.u_mlp.u_a_l0.u_pe1.p_CCU2C_S0": {"type": "CCU2C"},
                 "u_core.u_mlp.u_a_l0.u_pe1.u_mul.u_block": {"type": "MULT18X18D"},
                 "u_core.u_mlp.u_a_l0.u_pe1.x_PFUMX_Z": {"type": "PFUMX"},
+                "u_core.u_mlp.u_a_l0.u_pe1.x_LUT7_Z": {"type": "LUT7"},
                 "drive_q_TRELLIS_FF_Q": {"type": "TRELLIS_FF"}}}}}"#;
         std::fs::write(&path, text).unwrap();
         let device = hwgen_spec::device::find("ecp5-85k").unwrap();
-        let parts = parts(&path, &device.synthesis.cells).unwrap();
+        let (parts, unknown) = parts(&path, &device.synthesis).unwrap();
         let part = |name: &str, piece: &str, lut4, ff, multipliers| Part {
             name: name.into(),
             piece: piece.into(),
@@ -173,8 +185,9 @@ mod tests {
             parts,
             [part("a_l0", "pe", 3, 0, 1), part("shell", "", 0, 1, 0)]
         );
+        assert_eq!(unknown, BTreeMap::from([("LUT7".to_owned(), 1)]));
         std::fs::write(&path, "{").unwrap();
-        let error = super::parts(&path, &device.synthesis.cells)
+        let error = super::parts(&path, &device.synthesis)
             .unwrap_err()
             .to_string();
         assert!(

@@ -17,6 +17,7 @@ struct Yosys<'a> {
     family: &'a str,
     black_boxes: Vec<&'a str>,
     command: &'a str,
+    after: &'a [String],
 }
 
 #[derive(Template)]
@@ -61,6 +62,7 @@ pub(crate) fn all(module: &str, device: &Device, sources: &[&str], models: &[&st
         family: &device.title,
         black_boxes: device.synthesis.black_boxes(models.iter().copied()),
         command: &device.synthesis.command,
+        after: &device.synthesis.after,
     };
     let mut texts = vec![("ys", yosys.render())];
     for vendor in &device.vendors {

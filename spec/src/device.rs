@@ -167,10 +167,12 @@ pub struct Synthesis {
     /// What is to be done after it.
     #[serde(default)]
     pub after: Vec<String>,
-    /// Sites that a cell of the netlist takes, by its type; a type that is not named takes none. Empty
-    /// where there is no device.
+    /// Sites that a cell of the netlist takes, by its type. Empty where there is no device.
     #[serde(default)]
     pub cells: BTreeMap<String, Sites>,
+    /// Types of cells that take no site: multiplexers beside tables, chains of carries, pads.
+    #[serde(default)]
+    pub free: Vec<String>,
 }
 
 impl Synthesis {

@@ -14,7 +14,7 @@ fn netlist(multipliers: usize) -> String {
     };
     let cells: Vec<String> = (0..multipliers).map(cell).collect();
     format!(
-        r#"{{"modules": {{"tiny_shell": {{"cells": {{"drive_q_TRELLIS_FF_Q": {{"type": "TRELLIS_FF"}}, {}}}}}}}}}"#,
+        r#"{{"modules": {{"tiny_shell": {{"attributes": {{"top": "1"}}, "cells": {{"drive_q_TRELLIS_FF_Q": {{"type": "TRELLIS_FF"}}, {}}}}}}}}}"#,
         cells.join(", ")
     )
 }
@@ -214,6 +214,57 @@ fn a_search_ends_and_keeps_what_it_found() {
     let ran = synth(&place, &["--freq", "150", "--json"]);
     ran.exits(0);
     assert_eq!(ran.json()["fmax_mhz"]["max"], 158.0);
+}
+
+/// One of the seeds fails: exit 3, and the others are told all the same.
+#[test]
+fn a_seed_that_fails_takes_none_of_the_others_with_it() {
+    let place = bench(2, &[100.0, 200.0, 300.0]);
+    fs::remove_file(place.path("report-2.json")).unwrap();
+    let ran = synth(&place, &["--seeds", "3", "--json"]);
+    ran.exits(3);
+    let json = ran.json();
+    let message = json["error"]["message"].as_str().unwrap();
+    assert!(
+        message.starts_with("seed 2: nextpnr-ecp5 failed"),
+        "{message}"
+    );
+    let seeds = json["fmax_mhz"]["per_seed"].as_array().unwrap();
+    let seeds: Vec<_> = seeds.iter().map(|seed| seed["seed"].as_u64()).collect();
+    assert_eq!(seeds, [Some(1), Some(3)]);
+}
+
+/// What is not known to take anything is not taken for nothing.
+#[test]
+fn cells_of_unknown_types_are_told() {
+    let place = bench(2, &[200.0]);
+    let other = netlist(2).replace("\"TRELLIS_FF\"", "\"TRELLIS_GG\"");
+    place.write("netlist.json", &other);
+    let ran = synth(&place, &["--json"]);
+    ran.exits(0);
+    assert_eq!(ran.json()["uncounted"]["TRELLIS_GG"], 1);
+    let told = "cells of unknown types are not counted: 1 TRELLIS_GG";
+    assert!(ran.stderr.contains(told), "{}", ran.stderr);
+}
+
+/// Two at a time would write the same files.
+#[test]
+fn a_directory_of_results_is_one_runs_at_a_time() {
+    let place = bench(2, &[200.0]);
+    let ran = synth(&place, &["--json"]);
+    let directory = PathBuf::from(ran.json()["directory"].as_str().unwrap());
+    let lock = fs::File::create(directory.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let waiting = std::thread::spawn(move || {
+        let ran = synth(&place, &["--json"]);
+        ran.exits(0);
+        ran.stderr
+    });
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert!(!waiting.is_finished());
+    lock.unlock().unwrap();
+    let stderr = waiting.join().unwrap();
+    assert!(stderr.contains("waiting for another run"), "{stderr}");
 }
 
 #[test]
