@@ -5,6 +5,7 @@
 //! stays in one directory, named by a digest of everything that the result depends on: what is there
 //! already is not done again.
 
+pub mod board;
 pub mod climb;
 pub mod floorplan;
 pub mod netlist;
@@ -25,6 +26,7 @@ use hwgen_sim::tool::{self, FoundTool, Invocation, Toolbox, YOSYS};
 use hwgen_spec::device::{Device, Place, Sites};
 use serde::Serialize;
 
+use board::Board;
 use netlist::Part;
 use place::{NETLIST, Placer};
 use route::Route;
@@ -40,6 +42,8 @@ pub struct Plan<'a> {
     pub device: &'a Device,
     /// How it is placed, if open tools can.
     pub place: Option<&'a Place>,
+    /// The board that a bitstream is made for, of the fastest placement that bears its clock.
+    pub board: Option<&'a Board>,
     /// The clock that is enough; without one, the highest is sought where a placement is routed for several,
     /// else the family's usual one.
     ///
@@ -74,6 +78,8 @@ pub struct Synthesis {
     /// The placements, in the order of the seeds; none if the netlist is larger than the device, or no
     /// open tool places on it.
     pub routes: Vec<Route>,
+    /// The bitstream, if it is for a board.
+    pub bitstream: Option<PathBuf>,
     /// Why there are no more of them.
     pub failed: Option<(u64, SynthError)>,
 }
@@ -177,7 +183,7 @@ impl Plan<'_> {
         let yosys = self.toolbox.find(&YOSYS)?;
         let placer = self
             .place
-            .map(|place| Placer::new(place, self.toolbox, self.timeout));
+            .map(|place| Placer::new(place, self.board, self.toolbox, self.timeout));
         let placer = placer.transpose()?;
         let total = 1 + placer.as_ref().map_or(0, |_| self.seeds.len());
         let shell = shell(&self.source.design, &self.source.manifest.digest);
@@ -229,6 +235,7 @@ impl Plan<'_> {
             parts,
             uncounted,
             routes: Vec::new(),
+            bitstream: None,
             failed: None,
         };
         if let Some(placer) = placer.filter(|_| synthesis.fits(self.device)) {
@@ -242,6 +249,15 @@ impl Plan<'_> {
             }
             if let (true, Some(_)) = (synthesis.routes.is_empty(), &synthesis.failed) {
                 return Err(synthesis.failed.expect("a failure").1);
+            }
+            let routes = synthesis.routes.iter();
+            let best = routes.max_by(|a, b| a.fmax_mhz.total_cmp(&b.fmax_mhz));
+            let enough = |route: &&Route| {
+                let board = self.board;
+                board.is_some_and(|board| route.fmax_mhz >= board.clock_mhz)
+            };
+            if let Some(best) = best.filter(enough) {
+                synthesis.bitstream = placer.pack(best)?;
             }
             if placer.place.sites.ff.is_none() {
                 for route in &mut synthesis.routes {

@@ -17,6 +17,7 @@ use crate::destination::{Destination, Precious};
 use crate::failure::{Exit, Failure};
 use crate::output::Output;
 use crate::picture::floorplan::floorplan;
+use crate::synth::board::{self, Board};
 use crate::synth::{Plan, Synthesis, placed, shortages};
 
 mod text;
@@ -32,6 +33,7 @@ Examples:
   hwgen synth build/<name> --seeds 5 --freq 150        the median of five must reach 150 MHz
   hwgen synth build/<name> --device ecp5-45k --json
   hwgen synth build/<name> --floorplan places.svg
+  hwgen synth build/<name> --board ulx3s-85f           a bitstream
 
 Exit codes: 0 done, 1 if the core does not fit or the median misses --freq, 2 if the bundle was
 changed or is made for other devices, or the picture may not be written there, 3 if a tool is
@@ -50,6 +52,9 @@ pub struct Args {
     /// The device [default: the one that the bundle was made for]
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
+    /// Make a bitstream for a board; its clock is enough then
+    #[arg(long, value_name = "B", conflicts_with = "device")]
+    pub board: Option<String>,
     /// The clock that is enough [default: the highest where a placement is routed for several, else the
     /// family's usual one]
     #[arg(long, value_name = "MHZ", value_parser = clock)]
@@ -86,7 +91,10 @@ fn clock(text: &str) -> Result<f64, String> {
 /// If the bundle or the device is refused, or a tool gives no result.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let source = Source::read(&args.bundle)?;
-    let device = device_of(args, &source)?;
+    let board = args.board.as_deref().map(board::find).transpose();
+    let board =
+        board.map_err(|error| Failure::input("board", format!("--{error}")).help(error.help()))?;
+    let device = device_of(args, board, &source)?;
     let place = device.place.as_ref();
     if let (None, Some(option)) = (place, placing_option(args)) {
         return Err(unplaced(device, option));
@@ -115,7 +123,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         source: &source,
         device,
         place,
-        goal_mhz: args.freq,
+        board,
+        goal_mhz: args.freq.or(board.map(|board| board.clock_mhz)),
         seeds: &seeds,
         toolbox: &toolbox,
         cache: &parent.join(".cache").join("synth"),
@@ -148,15 +157,22 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         failure.message = format!("seed {seed}: {}; the others are told", failure.message);
         failure
     });
-    let failure = failed.or_else(|| judge(args, &source, device, &synthesis, speed.as_ref()));
+    let failure =
+        failed.or_else(|| judge(args, board, &source, device, &synthesis, speed.as_ref()));
     let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
+    json.insert("board".into(), json!(args.board));
     let mut remarks = Vec::new();
     if !synthesis.uncounted.is_empty() {
         let kinds = synthesis.uncounted.iter();
         let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
         let kinds = kinds.join(", ");
         remarks.push(format!("cells of unknown types are not counted: {kinds}"));
+    }
+    if let (Some(path), Some(board)) = (&synthesis.bitstream, board) {
+        let (title, clock) = (&board.title, board.clock_mhz);
+        let path = path.display();
+        remarks.push(format!("bitstream for {title} at {clock} MHz in {path}"));
     }
     match (&args.floorplan, &drawn) {
         (Some(_), None) => remarks.push("nothing is placed, so no picture is drawn".to_owned()),
@@ -172,17 +188,23 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
 }
 
 /// The device that is asked for, or the bundle's.
-fn device_of(args: &Args, source: &Source) -> Result<&'static Device, Failure> {
+fn device_of(
+    args: &Args,
+    board: Option<&Board>,
+    source: &Source,
+) -> Result<&'static Device, Failure> {
     let own = source.design.device();
-    let device = match &args.device {
+    let device = match board.map(|board| &board.device).or(args.device.as_ref()) {
         Some(name) => device::find(name)
             .map_err(|error| Failure::input("device", format!("--{error}")).help(error.help()))?,
         None => own,
     };
     if own.name != device::GENERIC && own.family != device.family {
         let message = format!(
-            "--device: one of the family of {}, which the bundle is made for, expected, {} found",
-            own.name, device.name
+            "--{}: one of the family of {}, which the bundle is made for, expected, {} found",
+            board.map_or("device", |_| "board"),
+            own.name,
+            device.name
         );
         return Err(Failure::input("device", message)
             .help(format!("emit it with --device {}", device.name)));
@@ -199,6 +221,7 @@ fn device_of(args: &Args, source: &Source) -> Result<&'static Device, Failure> {
 /// An option that asks for a placement, if one is given.
 fn placing_option(args: &Args) -> Option<&'static str> {
     let options = [
+        ("--board", args.board.is_some()),
         ("--freq", args.freq.is_some()),
         ("--seeds", args.seeds != 1),
         ("--floorplan", args.floorplan.is_some()),
@@ -258,6 +281,7 @@ impl Speed {
 /// Why it is no success, if it isn't.
 fn judge(
     args: &Args,
+    board: Option<&Board>,
     source: &Source,
     device: &Device,
     synthesis: &Synthesis,
@@ -271,7 +295,18 @@ fn judge(
             Failure::new(Exit::Difference, "does-not-fit", message).help(smaller(source, device)),
         );
     }
-    let (wanted, speed) = (args.freq?, speed?);
+    let speed = speed?;
+    if let Some(board) = board.filter(|board| speed.max_mhz < board.clock_mhz) {
+        let message = format!(
+            "the clock of {}, {} MHz, expected, {:.1} MHz reached: no bitstream",
+            board.title, board.clock_mhz, speed.max_mhz
+        );
+        return Some(
+            Failure::new(Exit::Difference, "too-slow", message)
+                .help("a longer --interval takes fewer cells"),
+        );
+    }
+    let wanted = args.freq?;
     (speed.median_mhz < wanted).then(|| {
         let message = format!(
             "a clock of {wanted} MHz expected, {:.1} MHz reached (median of {})",
@@ -337,7 +372,7 @@ fn facts(
         "inferences_per_second": speed.map(|speed| speed.per_second),
         "share_of_limit": speed.and_then(|speed| text::share_of_limit(design, device, speed)),
         "critical_paths": routes.iter().map(|r| &r.critical_path).collect::<Vec<_>>(),
-        "bitstream": null,
+        "bitstream": synthesis.bitstream.as_ref().map(|path| path.display().to_string()),
         "directory": synthesis.directory.display().to_string(),
     });
     match object {

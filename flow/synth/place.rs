@@ -6,11 +6,12 @@ use std::time::Duration;
 
 use hwgen_sim::error::ToolError;
 use hwgen_sim::tool::{
-    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_GOWIN, NEXTPNR_ICE40, NEXTPNR_NEXUS, Run,
-    Tool, Toolbox,
+    self, ECPPACK, FoundTool, ICEPACK, Invocation, NEXTPNR_ECP5, NEXTPNR_GOWIN, NEXTPNR_ICE40,
+    NEXTPNR_NEXUS, Run, Tool, Toolbox,
 };
 use hwgen_spec::device::{Place, PlaceTool};
 
+use super::board::Board;
 use super::climb::Climb;
 use super::route::Route;
 use super::{SynthError, io};
@@ -26,6 +27,36 @@ pub(super) struct Placer<'a> {
     pub pins: String,
     /// How long each run may take.
     timeout: Duration,
+    packer: Option<Packer>,
+}
+
+/// What makes a bitstream for a board.
+#[derive(Debug)]
+struct Packer {
+    tool: &'static Tool,
+    program: PathBuf,
+    arguments: &'static [&'static str],
+    /// nextpnr's option for what it is made of.
+    option: &'static str,
+    /// How the names of what it is made of and of itself end.
+    ends: [&'static str; 2],
+}
+
+impl Packer {
+    fn new(tool: PlaceTool, toolbox: &Toolbox) -> Result<Self, ToolError> {
+        let (tool, arguments, option, ends): (&'static Tool, &'static [_], _, _) = match tool {
+            PlaceTool::Ecp5 => (&ECPPACK, &["--compress"], "--textcfg", ["config", "bit"]),
+            PlaceTool::Ice40 => (&ICEPACK, &[], "--asc", ["asc", "bin"]),
+            PlaceTool::Nexus | PlaceTool::Gowin => unreachable!("no board has such a device"),
+        };
+        Ok(Self {
+            program: toolbox.locate(tool)?,
+            tool,
+            arguments,
+            option,
+            ends,
+        })
+    }
 }
 
 /// A placement to be routed.
@@ -48,51 +79,65 @@ impl<'a> Placer<'a> {
     ///
     /// # Errors
     /// If it is not there.
-    pub fn new(place: &'a Place, toolbox: &Toolbox, timeout: Duration) -> Result<Self, ToolError> {
-        let pin = &place.clock_pin;
-        let ports = || {
-            let pins = [pin].into_iter().chain(&place.other_pins);
-            ["clk_i", "bit_i", "bit_o"].into_iter().zip(pins)
+    pub fn new(
+        place: &'a Place,
+        board: Option<&Board>,
+        toolbox: &Toolbox,
+        timeout: Duration,
+    ) -> Result<Self, ToolError> {
+        let pins: Vec<&String> = match board {
+            Some(Board { pins, .. }) => vec![&pins.clk_i, &pins.bit_i, &pins.bit_o],
+            None => [&place.clock_pin]
+                .into_iter()
+                .chain(&place.other_pins)
+                .collect(),
         };
-        let (tool, pins_file, pin_options, pins): (&'static Tool, _, &'static [_], _) = match place
-            .tool
-        {
-            PlaceTool::Ecp5 => (
-                &NEXTPNR_ECP5,
-                "pins.lpf",
-                &["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
-                format!(
-                    "LOCATE COMP \"clk_i\" SITE \"{pin}\";\nIOBUF PORT \"clk_i\" IO_TYPE=LVCMOS33;\n"
+        let ports = || ["clk_i", "bit_i", "bit_o"].into_iter().zip(&pins);
+        let (tool, pins_file, pin_options, pins): (&'static Tool, _, &'static [_], _) =
+            match place.tool {
+                PlaceTool::Ecp5 => (
+                    &NEXTPNR_ECP5,
+                    "pins.lpf",
+                    &["--lpf", "pins.lpf", "--lpf-allow-unconstrained"],
+                    ports()
+                        .map(|(port, pin)| {
+                            format!(
+                                "LOCATE COMP \"{port}\" SITE \"{pin}\";\n\
+                             IOBUF PORT \"{port}\" IO_TYPE=LVCMOS33;\n"
+                            )
+                        })
+                        .collect(),
                 ),
-            ),
-            PlaceTool::Ice40 => (
-                &NEXTPNR_ICE40,
-                "pins.pcf",
-                &["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
-                format!("set_io clk_i {pin}\n"),
-            ),
-            PlaceTool::Nexus => (
-                &NEXTPNR_NEXUS,
-                "pins.pdc",
-                &["--pdc", "pins.pdc"],
-                ports()
-                    .map(|(port, pin)| {
-                        format!(
-                            "ldc_set_location -site {{{pin}}} [get_ports {port}]\n\
+                PlaceTool::Ice40 => (
+                    &NEXTPNR_ICE40,
+                    "pins.pcf",
+                    &["--pcf", "pins.pcf", "--pcf-allow-unconstrained"],
+                    ports()
+                        .map(|(port, pin)| format!("set_io {port} {pin}\n"))
+                        .collect(),
+                ),
+                PlaceTool::Nexus => (
+                    &NEXTPNR_NEXUS,
+                    "pins.pdc",
+                    &["--pdc", "pins.pdc"],
+                    ports()
+                        .map(|(port, pin)| {
+                            format!(
+                                "ldc_set_location -site {{{pin}}} [get_ports {port}]\n\
                              ldc_set_port -iobuf {{IO_TYPE=LVCMOS33}} [get_ports {port}]\n"
-                        )
-                    })
-                    .collect(),
-            ),
-            PlaceTool::Gowin => (
-                &NEXTPNR_GOWIN,
-                "pins.cst",
-                &["--vopt", "cst=pins.cst"],
-                ports()
-                    .map(|(port, pin)| format!("IO_LOC \"{port}\" {pin};\n"))
-                    .collect(),
-            ),
-        };
+                            )
+                        })
+                        .collect(),
+                ),
+                PlaceTool::Gowin => (
+                    &NEXTPNR_GOWIN,
+                    "pins.cst",
+                    &["--vopt", "cst=pins.cst"],
+                    ports()
+                        .map(|(port, pin)| format!("IO_LOC \"{port}\" {pin};\n"))
+                        .collect(),
+                ),
+            };
         Ok(Self {
             nextpnr: toolbox.find(tool)?,
             place,
@@ -100,6 +145,9 @@ impl<'a> Placer<'a> {
             pin_options,
             pins,
             timeout,
+            packer: board
+                .map(|_| Packer::new(place.tool, toolbox))
+                .transpose()?,
         })
     }
 
@@ -169,6 +217,50 @@ impl<'a> Placer<'a> {
     }
 }
 
+impl Placer<'_> {
+    /// Makes a bitstream of a route for a board, if that has not been done.
+    ///
+    /// # Errors
+    /// If the program fails, takes too long or writes nothing.
+    pub fn pack(&self, route: &Route) -> Result<Option<PathBuf>, SynthError> {
+        let (Some(packer), Some(from)) = (&self.packer, &route.configuration) else {
+            return Ok(None);
+        };
+        let (stem, directory) = (from.file_stem(), from.parent());
+        let stem = stem.and_then(|stem| stem.to_str()).expect("a plain name");
+        let (bitstream, part) = (
+            from.with_extension(packer.ends[1]),
+            format!("{stem}.part.{}", packer.ends[1]),
+        );
+        if bitstream.exists() {
+            return Ok(Some(bitstream));
+        }
+        let own = [format!("{stem}.{}", packer.ends[0]), part.clone()];
+        let own = own.iter().map(String::as_str);
+        let run = tool::run(&Invocation {
+            tool: packer.tool.name.to_owned(),
+            version: "not asked for".to_owned(),
+            program: packer.program.clone(),
+            arguments: packer
+                .arguments
+                .iter()
+                .copied()
+                .chain(own)
+                .map(Into::into)
+                .collect(),
+            directory: directory.expect("one of results").to_owned(),
+            label: format!("{stem}-{}", packer.tool.name),
+            timeout: self.timeout,
+        })?;
+        let part = from.with_file_name(part);
+        if !part.exists() {
+            return Err(run.no_verdict(packer.tool.name, "a bitstream").into());
+        }
+        fs::rename(&part, &bitstream).map_err(io(&part))?;
+        Ok(Some(bitstream))
+    }
+}
+
 impl Placement<'_> {
     /// Places, if that has not been done, and gives the clock that the placer expects, in MHz.
     fn place(&self) -> Result<Option<f64>, SynthError> {
@@ -206,6 +298,9 @@ impl Placement<'_> {
                 &["--json", &placed, "--freq", &freq, "--report", &part],
             ]
             .concat();
+            let configure = self.configure(&label);
+            let configure: Vec<&str> = configure.iter().map(String::as_str).collect();
+            let own = [&own[..], &configure].concat();
             let endless = |log: &Path| {
                 let text = fs::read_to_string(log).unwrap_or_default();
                 rounds(&text).is_some_and(|(rounds, late)| rounds > most_rounds && late > 0)
@@ -239,6 +334,9 @@ impl Placement<'_> {
                 &["--report", &report_part, "--write", &placed_part],
             ]
             .concat();
+            let configure = self.configure(&label);
+            let configure: Vec<&str> = configure.iter().map(String::as_str).collect();
+            let own = [&own[..], &configure].concat();
             self.forget(&report_part)?;
             self.forget(&placed_part)?;
             let run = self.nextpnr(&label, &own)?;
@@ -259,7 +357,22 @@ impl Placement<'_> {
         let report = self.directory.join(self.report(mhz).1);
         let mut route = Route::read(&report, self.seed, mhz, self.placer.place)?;
         route.placed = self.directory.join(placed);
+        let configuration = self.configuration(&self.report(mhz).0);
+        route.configuration = configuration.map(|name| self.directory.join(name));
         Ok(route)
+    }
+
+    /// What a bitstream will be made of, if it is for a board.
+    fn configuration(&self, label: &str) -> Option<String> {
+        let packer = self.placer.packer.as_ref()?;
+        Some(format!("{label}.{}", packer.ends[0]))
+    }
+
+    /// Arguments that ask for it.
+    fn configure(&self, label: &str) -> Vec<String> {
+        let (packer, name) = (self.placer.packer.as_ref(), self.configuration(label));
+        let option = packer.map(|packer| packer.option.to_owned());
+        option.into_iter().chain(name).collect()
     }
 
     /// Deletes what a run that was broken off may have left.

@@ -28,6 +28,9 @@ pub struct Route {
     /// The netlist with all places.
     #[serde(skip)]
     pub placed: PathBuf,
+    /// What a bitstream is made of, if it is for a board.
+    #[serde(skip)]
+    pub configuration: Option<PathBuf>,
 }
 
 /// The slowest path of a placement.
@@ -130,6 +133,7 @@ impl Route {
             available: count(|site| site.available, &tables[..1]),
             critical_path: SlowPath::of(slowest),
             placed: PathBuf::new(),
+            configuration: None,
         })
     }
 }

