@@ -398,6 +398,12 @@ fn a_core_for_ice40_is_clean_and_has_every_multiplier_in_a_block() {
 #[test]
 fn a_core_for_gowin_is_clean_and_has_every_multiplier_in_a_block() {
     every_multiplier_is_in_a_block("gw2a-18", &["MULT18X18"], &["MULT18X18"]);
+    // Operands of more bits than a block has: each 18 of them fill one.
+    let wide = WidthSetting {
+        layer: None,
+        bits: 24,
+    };
+    multipliers_are_in_blocks("gw2a-18", &["MULT18X18"], &["MULT18X18"], (vec![wide], 2));
 }
 
 #[test]
@@ -432,9 +438,20 @@ fn a_core_for_a_device_without_multipliers_is_clean() {
 
 /// `models`: of the blocks that the bundle instantiates; `cells`: what holds a multiplier in the netlist.
 fn every_multiplier_is_in_a_block(device: &str, models: &[&str], cells: &[&str]) {
+    multipliers_are_in_blocks(device, models, cells, (Vec::new(), 1));
+}
+
+/// With weights of so many bits, for which an array's multiplier takes so many blocks.
+fn multipliers_are_in_blocks(
+    device: &str,
+    models: &[&str],
+    cells: &[&str],
+    (weight_bits, blocks_each): (Vec<WidthSetting>, usize),
+) {
     let root = tempfile::tempdir().expect("a directory");
     let options = Options {
         device: Some(device.into()),
+        weight_bits,
         ..interval(8)
     };
     let text = file("blocks", 5, &[&[], &[("tanh", 6), ("linear", 3)]], "");
@@ -451,7 +468,7 @@ fn every_multiplier_is_in_a_block(device: &str, models: &[&str], cells: &[&str])
     assert!(good, "{log}");
     let net = weights::read(text.as_bytes()).expect("readable");
     let design = Design::new(&net, &options).expect("a legal design");
-    let wanted = design.multipliers() + design.activation_multipliers();
+    let wanted = blocks_each * design.multipliers() + design.activation_multipliers();
     let stat = log.rsplit("Printing statistics").next().expect("it");
     let synthesis = &device::find(device).expect("a device").synthesis;
     let (_, counts) = stat.split_once("Number of cells:").expect("a table");

@@ -2,7 +2,7 @@
 // MULT18X18: what hwg_mul uses of the GW2A's multiplier, for simulation, and a black box for synthesis.
 //
 // Function:  DOUT = A * B, 18 bits times 18 bits, signed or unsigned by ASIGN and BSIGN.
-// Registers: at both operands, behind the multiplier and at the output.
+// Registers: at both operands, behind the multiplier and, with OUT_REG, at the output.
 // Left out:  the enable, the reset and words from a block beside it, all tied off by hwg_mul; another
 //            setting of a parameter ends the simulation.
 // Source:    Gowin UG287, Gowin DSP user guide, section 4.1.
@@ -45,14 +45,14 @@ module MULT18X18 #(
 
 `ifndef SYNTHESIS
   initial begin
-    if (!AREG || !BREG || !PIPE_REG || !OUT_REG) begin
+    if (!AREG || !BREG || !PIPE_REG) begin
       $display("MULT18X18: a setting that is not modelled");
       $finish;
     end
   end
 `endif
 
-  assign DOUT = z_q;
+  assign DOUT = OUT_REG ? z_q : p_q;
   assign SOA  = a_q[17:0];
   assign SOB  = b_q[17:0];
 endmodule
