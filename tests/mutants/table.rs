@@ -121,8 +121,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "group done at its first word",
         file: "rtl/hwg_group.v",
-        find: "done_q  <= valid_i & last_i",
-        replace: "done_q  <= valid_i & first_i",
+        find: "done_q <= valid_i & last_i",
+        replace: "done_q <= valid_i & first_i",
         signal: "mutant.u_mlp.u_shared_l0.u_group.done_q",
     },
     Mutant {
@@ -168,6 +168,13 @@ pub const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_mlp.u_frames.g_word[0].word",
     },
     Mutant {
+        name: "queue writes where it has no room",
+        file: "rtl/hwg_queue.v",
+        find: "if (ready_q)            memory",
+        replace: "if (1'b1)               memory",
+        signal: "mutant.u_mlp.u_frames.g_word[0].word",
+    },
+    Mutant {
         name: "queue's head held while it goes",
         file: "rtl/hwg_queue.v",
         find: "if (ready_i | ~valid_q) head_q",
@@ -184,8 +191,15 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "drain turned round",
         file: "rtl/hwg_drain.v",
-        find: "for (i = 0; i < WORDS - LANES; i = i + 1)",
-        replace: "for (i = WORDS; i < WORDS; i = i + 1)",
+        find: "else if (i < WORDS - LANES)",
+        replace: "else if (i >= WORDS)",
+        signal: "mutant.u_mlp.u_b_l1.u_drain.word_q",
+    },
+    Mutant {
+        name: "drain loads one sum too few",
+        file: "rtl/hwg_drain.v",
+        find: "load_i[i*LOADS/WORDS]",
+        replace: "load_i[i*LOADS/WORDS] && i > 0",
         signal: "mutant.u_mlp.u_b_l1.u_drain.word_q",
     },
     Mutant {
