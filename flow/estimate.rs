@@ -35,7 +35,8 @@ pub fn parts(design: &Design, device: &Device) -> Vec<Part> {
         let name = register.path.rsplit('.').next().unwrap_or_default();
         let bits: u64 = register.lanes.iter().map(|bits| u64::from(*bits)).sum();
         let bits = bits.saturating_sub(constant_bits(design, &register.path, register.lanes.len()));
-        if register.path.contains("u_mul.") && name != "r_q" && in_block(&register.path) {
+        let held = device.multiplier_registers > if name == "r_q" { 2 } else { 0 };
+        if register.path.contains("u_mul.") && held && in_block(&register.path) {
             continue;
         }
         // ROMs are counted by their contents, queues by their words; ports are none.

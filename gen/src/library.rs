@@ -95,3 +95,18 @@ fn instantiates(text: &str, cell: &str) -> bool {
         rest.is_some_and(|rest| rest.starts_with(" #(") || rest.starts_with(" u_"))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Yosys 0.23 ends where it would move a register that starts with a one into a block.
+    #[test]
+    fn roms_start_with_ones_only_where_multipliers_are_instantiated() {
+        for device in hwgen_spec::device::all() {
+            let own = own_files(device, true);
+            let instantiated = own.iter().any(|(name, _)| *name == "hwg_mul");
+            assert!(instantiated || !device.roms_start, "{}", device.name);
+        }
+    }
+}

@@ -41,6 +41,9 @@ pub struct Device {
     pub logic_multipliers: u32,
     /// Bits of either operand of a multiplier, sign included.
     pub multiplier_bits: Option<u32>,
+    /// Registers of a multiplier that synthesis uses, of the three that follow each other: operands, product,
+    /// output.
+    pub multiplier_registers: u32,
     /// Whether a multiplier shows what its inner registers hold.
     pub multiplier_shows_operands: bool,
     /// Whether an accumulator's carry chain clears its sum too, with no tables in front of it.
@@ -57,6 +60,10 @@ pub struct Device {
     /// Most words of a ROM in logic that is read in one clock; deeper ones take a second, in which one of
     /// several tables is chosen.
     pub logic_rom_words_a_clock: u32,
+    /// Whether registers of ROMs in logic start with the bits that all words have. A register that rises once
+    /// and for all is a constant to no tool, and synthesis makes one of all those of a core; but one that
+    /// starts with a one goes into no block.
+    pub roms_start: bool,
     /// Whether each weight of a ROM in logic has a copy of the address for itself, where a bit of it
     /// takes more than a table of four inputs.
     pub address_per_weight: bool,
@@ -105,19 +112,14 @@ impl Device {
     /// What the register of a ROM of these words, a field of each, holds before the first edge: the bits that
     /// all words have, if it is of logic and there is a word for every address; else zero.
     ///
-    /// A register that rises at the first edge for good is a constant to no tool, and synthesis makes one
-    /// of all those of a core.
-    ///
     /// ```
-    /// use hwgen_spec::device::Device;
-    ///
-    /// let generic = Device::find("generic").unwrap();
-    /// assert_eq!(generic.rom_start(&[0b110, 0b011]), 0b010);
-    /// assert_eq!(generic.rom_start(&[0b110, 0b011, 0b111]), 0);
+    /// let device = hwgen_spec::device::find("ecp5-85k").unwrap();
+    /// assert_eq!(device.rom_start(&[0b110, 0b011]), 0b010);
+    /// assert_eq!(device.rom_start(&[0b110, 0b011, 0b111]), 0);
     /// ```
     pub fn rom_start(&self, words: &[i64]) -> i64 {
         let full = words.len() > 1 && words.len().is_power_of_two();
-        if !full || !self.rom_in_logic(words.len()) {
+        if !self.roms_start || !full || !self.rom_in_logic(words.len()) {
             return 0;
         }
         words.iter().fold(-1, |bits, word| bits & word)
@@ -363,6 +365,8 @@ struct FamilyFile {
     vendors: Vec<Vendor>,
     multiplier_bits: Option<u32>,
     #[serde(default)]
+    multiplier_registers: u32,
+    #[serde(default)]
     multiplier_shows_operands: bool,
     block_ram_bits: Option<u32>,
     #[serde(default = "four")]
@@ -381,6 +385,8 @@ struct FamilyFile {
     rom_pieces: Vec<u32>,
     logic_rom_words: u32,
     logic_rom_words_a_clock: Option<u32>,
+    #[serde(default)]
+    roms_start: bool,
     #[serde(default)]
     address_per_weight: bool,
     copy_latency: usize,
@@ -475,6 +481,7 @@ pub fn all() -> &'static [Device] {
                     multipliers: entry.multipliers,
                     logic_multipliers: entry.logic_multipliers,
                     multiplier_bits: family.multiplier_bits,
+                    multiplier_registers: family.multiplier_registers,
                     multiplier_shows_operands: family.multiplier_shows_operands,
                     activation_in_logic: family.activation_in_logic,
                     clears_in_chain: family.clears_in_chain,
@@ -487,6 +494,7 @@ pub fn all() -> &'static [Device] {
                     logic_rom_words_a_clock: family
                         .logic_rom_words_a_clock
                         .unwrap_or(family.logic_rom_words),
+                    roms_start: family.roms_start,
                     address_per_weight: family.address_per_weight,
                     copy_latency: family.copy_latency,
                 })

@@ -14,9 +14,8 @@ module gate_net_l1_bias (
   output wire [25:0] data_o
 );
   // 2 words: up to 64 go to logic (hwgen: docs/interface.md).
-  // Bits that all words have start as they stay: as ones that rise once they would be no constants.
   (* rom_style = "logic" *)
-  reg [25:0] data_q = 26'h0106980;
+  reg [25:0] data_q = 26'h0;
 
   // The second time for tools that take the style of a ROM from its case statement.
   always @(posedge clk_i) begin
