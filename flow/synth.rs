@@ -257,7 +257,10 @@ impl Plan<'_> {
                 board.is_some_and(|board| route.fmax_mhz >= board.clock_mhz)
             };
             if let Some(best) = best.filter(enough) {
-                synthesis.bitstream = placer.pack(best)?;
+                match placer.pack(best) {
+                    Ok(bitstream) => synthesis.bitstream = bitstream,
+                    Err(error) => synthesis.failed = synthesis.failed.or(Some((best.seed, error))),
+                }
             }
             if placer.place.sites.ff.is_none() {
                 for route in &mut synthesis.routes {

@@ -35,9 +35,10 @@ Examples:
   hwgen synth build/<name> --floorplan places.svg
   hwgen synth build/<name> --board ulx3s-85f           a bitstream
 
-Exit codes: 0 done, 1 if the core does not fit or the median misses --freq, 2 if the bundle was
-changed or is made for other devices, or the picture may not be written there, 3 if a tool is
-missing, failed or ran out of time.";
+Exit codes: 0 done, 1 if the core does not fit, the median misses --freq or no placement bears the
+board's clock, 2 if the bundle was changed or is made for other devices, or the picture may not be
+written there, 3 if a tool is missing, failed or ran out of time. Where one seed of several fails, the
+others are told, and the code is that of the failure.";
 
 /// More seeds than anybody waits for.
 const MOST_SEEDS: u64 = 1000;
@@ -124,7 +125,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         device,
         place,
         board,
-        goal_mhz: args.freq.or(board.map(|board| board.clock_mhz)),
+        goal_mhz: match (args.freq, board) {
+            (Some(freq), Some(board)) => Some(freq.max(board.clock_mhz)),
+            (freq, board) => freq.or(board.map(|board| board.clock_mhz)),
+        },
         seeds: &seeds,
         toolbox: &toolbox,
         cache: &parent.join(".cache").join("synth"),

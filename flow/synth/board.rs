@@ -105,6 +105,9 @@ mod tests {
         for board in all() {
             let device = hwgen_spec::device::find(&board.device).unwrap();
             let place = device.place.as_ref().unwrap();
+            // A bitstream is made by a packer of these families alone.
+            use hwgen_spec::device::PlaceTool::{Ecp5, Ice40};
+            assert!([Ecp5, Ice40].contains(&place.tool), "{}", board.name);
             assert_eq!(place.clock_pin, board.pins.clk_i, "{}", board.name);
             assert!(board.clock_mhz < place.core_mhz);
         }

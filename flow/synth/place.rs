@@ -235,6 +235,10 @@ impl Placer<'_> {
         if bitstream.exists() {
             return Ok(Some(bitstream));
         }
+        let left = from.with_file_name(&part);
+        if left.exists() {
+            fs::remove_file(&left).map_err(io(&left))?;
+        }
         let own = [format!("{stem}.{}", packer.ends[0]), part.clone()];
         let own = own.iter().map(String::as_str);
         let run = tool::run(&Invocation {
@@ -290,7 +294,7 @@ impl Placement<'_> {
         if late.exists() {
             return Ok(None);
         }
-        if !self.directory.join(&report).exists() {
+        if !self.directory.join(&report).exists() || !self.configured(&label) {
             let (placed, freq) = (placed(self.seed), mhz.to_string());
             let (part, own) = (format!("{label}.part.json"), ["--no-pack", "--no-place"]);
             let own = [
@@ -324,7 +328,10 @@ impl Placement<'_> {
     fn place_and_route(&self, mhz: f64) -> Result<Route, SynthError> {
         let (label, report) = self.report(mhz);
         let placed = format!("{label}.placed.json");
-        if !self.directory.join(&report).exists() || !self.directory.join(&placed).exists() {
+        let whole = [&report, &placed]
+            .into_iter()
+            .all(|name| self.directory.join(name).exists());
+        if !whole || !self.configured(&label) {
             let freq = mhz.to_string();
             let [report_part, placed_part] =
                 ["part.json", "placed.part.json"].map(|end| format!("{label}.{end}"));
@@ -366,6 +373,12 @@ impl Placement<'_> {
     fn configuration(&self, label: &str) -> Option<String> {
         let packer = self.placer.packer.as_ref()?;
         Some(format!("{label}.{}", packer.ends[0]))
+    }
+
+    /// Whether it is there, if it is asked for.
+    fn configured(&self, label: &str) -> bool {
+        let name = self.configuration(label);
+        name.is_none_or(|name| self.directory.join(name).exists())
     }
 
     /// Arguments that ask for it.

@@ -308,7 +308,7 @@ fn rom(
             block
         })
         .collect();
-    let start = |words: &[Word]| start(words, width, header.device);
+    let start = |own: &[Word]| start(own, words.len(), width, header.device);
     let depths = header.device.pieces_of_rom(words.len());
     let registered = header.device.rom_latency(words.len()) > 1;
     let (tables, blocks) = if depths.len() > 1 && may_split {
@@ -453,10 +453,10 @@ fn in_tables(
 }
 
 /// What a register of words starts with, of the ROM or of a table of it.
-fn start(words: &[Word], width: usize, device: &Device) -> String {
+fn start(words: &[Word], rom_words: usize, width: usize, device: &Device) -> String {
     let field = |field: usize| {
         let codes: Vec<i64> = words.iter().map(|(fields, _)| fields[field].0).collect();
-        (device.rom_start(&codes), words[0].0[field].1)
+        (device.rom_start(&codes, rom_words), words[0].0[field].1)
     };
     let fields: Fields = (0..words[0].0.len()).map(field).collect();
     match fields.iter().all(|(code, _)| *code == 0) {

@@ -109,17 +109,27 @@ impl Device {
         self.multipliers.is_some() && !self.multiplier_shows_operands
     }
 
-    /// What the register of a ROM of these words, a field of each, holds before the first edge: the bits that
-    /// all words have, if it is of logic and there is a word for every address; else zero.
+    /// What a register of a ROM holds before the first edge, that of all its words or of a table of them, a
+    /// field of each: the bits that all words of it have, if the ROM of so many words is of logic and there is
+    /// a word for each address; else zero.
     ///
     /// ```
     /// let device = hwgen_spec::device::find("ecp5-85k").unwrap();
-    /// assert_eq!(device.rom_start(&[0b110, 0b011]), 0b010);
-    /// assert_eq!(device.rom_start(&[0b110, 0b011, 0b111]), 0);
+    /// assert_eq!(device.rom_start(&[0b110, 0b011], 2), 0b010);
+    /// assert_eq!(device.rom_start(&[0b110, 0b011, 0b111], 3), 0);
+    /// // The last of two tables of 64 words holds 32 of 96.
+    /// assert_eq!(device.rom_start(&[-1; 64], 96), -1);
+    /// assert_eq!(device.rom_start(&[-1; 32], 96), 0);
+    /// // More than 64 words are in a memory there.
+    /// let device = hwgen_spec::device::find("ice40-up5k").unwrap();
+    /// assert_eq!(device.rom_start(&[-1; 32], 288), 0);
     /// ```
-    pub fn rom_start(&self, words: &[i64]) -> i64 {
-        let full = words.len() > 1 && words.len().is_power_of_two();
-        if !self.roms_start || !full || !self.rom_in_logic(words.len()) {
+    pub fn rom_start(&self, words: &[i64], rom_words: usize) -> i64 {
+        let depth = match words.len() == rom_words {
+            true => rom_words.next_power_of_two().max(2),
+            false => self.pieces_of_rom(rom_words)[0],
+        };
+        if !self.roms_start || words.len() != depth || !self.rom_in_logic(rom_words) {
             return 0;
         }
         words.iter().fold(-1, |bits, word| bits & word)

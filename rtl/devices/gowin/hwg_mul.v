@@ -2,8 +2,8 @@
 // hwg_mul: signed multiplier in a DSP block of a Gowin GW2A, with the block's own registers.
 //
 // Function:  p_o = a_i * b_i, exact.
-// Latency:   3 clocks, one product a clock: the block's input, pipeline and output registers. Synthesis
-//            moves no register of ours into the block, which is why it is instantiated.
+// Latency:   3 clocks, one product a clock: the block's input, pipeline and output registers, or the sum's
+//            of several. Synthesis moves no register of ours into the block, which is why it is instantiated.
 // Operands:  up to 18 bits fill one MULT18X18; of wider ones each 18 bits with each other fill one.
 // Overflow:  impossible: the product has A_WIDTH + B_WIDTH bits.
 // Reset:     none; the block's registers are 0 after configuration.

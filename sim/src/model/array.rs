@@ -90,10 +90,14 @@ impl Array {
         let starts = tables.iter().map(|depth| {
             let (own, behind) = rest.split_at(rest.len().min(*depth));
             rest = behind;
-            start(own, device)
+            start(own, layer.folds(), device)
         });
         let starts: Vec<Vec<Vec<i64>>> = starts.collect();
-        for words in codes.iter().chain([&start(&codes, device)]).chain(&starts) {
+        for words in codes
+            .iter()
+            .chain([&start(&codes, layer.folds(), device)])
+            .chain(&starts)
+        {
             for block in words.chunks(4) {
                 weights.extend((0..simd).map(|s| {
                     let mut row = zero;
@@ -333,10 +337,10 @@ impl Array {
 }
 
 /// What registers of these words start with, `[element][simd]` as each of them.
-fn start(words: &[Vec<Vec<i64>>], device: &Device) -> Vec<Vec<i64>> {
+fn start(words: &[Vec<Vec<i64>>], rom_words: usize, device: &Device) -> Vec<Vec<i64>> {
     let weight = |p: usize, s: usize| {
         let codes: Vec<i64> = words.iter().map(|word| word[p][s]).collect();
-        device.rom_start(&codes)
+        device.rom_start(&codes, rom_words)
     };
     let elements = words[0].iter().enumerate();
     let element = |(p, own): (usize, &Vec<i64>)| (0..own.len()).map(|s| weight(p, s)).collect();

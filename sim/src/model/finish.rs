@@ -89,8 +89,8 @@ impl Requant {
             let (biases, extras): (Vec<_>, Vec<_>) = of_lane
                 .map(|(bias, extra)| (bias, i64::from(extra)))
                 .unzip();
-            let extra = u32::try_from(device.rom_start(&extras)).expect("a shift");
-            (device.rom_start(&biases), extra)
+            let extra = u32::try_from(device.rom_start(&extras, beats.len())).expect("a shift");
+            (device.rom_start(&biases, beats.len()), extra)
         });
         let entries = beats.iter().flatten().copied().chain(start).map(entry);
         let zero = std::iter::repeat_n(Entry::default(), layer.lanes);
@@ -338,7 +338,10 @@ impl Units {
         let rom = layer.segment_latency;
         let start = |lines: &[(i64, i64)]| {
             let (offsets, slopes): (Vec<_>, Vec<_>) = lines.iter().copied().unzip();
-            (device.rom_start(&offsets), device.rom_start(&slopes))
+            (
+                device.rom_start(&offsets, table.segments()),
+                device.rom_start(&slopes, table.segments()),
+            )
         };
         let lines: Vec<(i64, i64)> = table.lines().collect();
         let tables = match rom {
