@@ -80,7 +80,7 @@ pub struct Synthesis {
     pub routes: Vec<Route>,
     /// The bitstream, if it is for a board.
     pub bitstream: Option<PathBuf>,
-    /// Why there are no more of them.
+    /// Why a placement is missing, or the bitstream: the first failure, with its seed.
     pub failed: Option<(u64, SynthError)>,
 }
 

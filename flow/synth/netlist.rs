@@ -62,7 +62,15 @@ pub fn parts(
     // The others are what Yosys knows of the device's cells.
     let core = netlist.modules.values();
     let core = core.filter(|module| module.attributes.contains_key("top"));
-    for (name, cell) in core.flat_map(|module| &module.cells) {
+    let core: Vec<&Module> = core.collect();
+    let [core] = core[..] else {
+        return Err(SynthError::Strange {
+            path: path.to_owned(),
+            expected: "one module marked as the top".into(),
+            found: core.len().to_string(),
+        });
+    };
+    for (name, cell) in &core.cells {
         match synthesis.cells.get(&cell.kind) {
             Some(taken) => *parts.entry(place(name)).or_default() += *taken,
             None if synthesis.free.contains(&cell.kind) => {}
@@ -186,6 +194,9 @@ mod tests {
             [part("a_l0", "pe", 3, 0, 1), part("shell", "", 0, 1, 0)]
         );
         assert_eq!(unknown, BTreeMap::from([("LUT7".to_owned(), 1)]));
+        std::fs::write(&path, text.replace(r#""top": "1""#, "")).unwrap();
+        let error = super::parts(&path, &device.synthesis).unwrap_err();
+        assert!(error.to_string().contains("0 found"), "{error}");
         std::fs::write(&path, "{").unwrap();
         let error = super::parts(&path, &device.synthesis)
             .unwrap_err()

@@ -315,12 +315,7 @@ impl Toolbox {
                 minimum: tool.minimum.to_owned(),
                 install: tool.install.to_owned(),
             },
-            None => ToolError::Missing {
-                tool: tool.name.to_owned(),
-                names: tool.names.iter().map(|n| (*n).to_owned()).collect(),
-                install: tool.install.to_owned(),
-                tried,
-            },
+            None => missing(tool, tried),
         })
     }
 
@@ -330,12 +325,7 @@ impl Toolbox {
     /// [`ToolError::Missing`] if there is none.
     pub fn locate(&self, tool: &Tool) -> Result<PathBuf, ToolError> {
         let found = self.candidates(tool).into_iter().next();
-        found.ok_or_else(|| ToolError::Missing {
-            tool: tool.name.to_owned(),
-            names: tool.names.iter().map(|n| (*n).to_owned()).collect(),
-            install: tool.install.to_owned(),
-            tried: Vec::new(),
-        })
+        found.ok_or_else(|| missing(tool, Vec::new()))
     }
 
     fn candidates(&self, tool: &Tool) -> Vec<PathBuf> {
@@ -381,6 +371,16 @@ impl Toolbox {
         };
         version_in(&output, tool.version_marker)
             .ok_or_else(|| "ran, but printed no version".to_owned())
+    }
+}
+
+/// No tool, though some executables were tried.
+fn missing(tool: &Tool, tried: Vec<String>) -> ToolError {
+    ToolError::Missing {
+        tool: tool.name.to_owned(),
+        names: tool.names.iter().map(|n| (*n).to_owned()).collect(),
+        install: tool.install.to_owned(),
+        tried,
     }
 }
 

@@ -263,6 +263,28 @@ fn a_bitstream_is_made_for_a_board() {
     // The board's clock is enough.
     assert_eq!(place.read("routes"), "1 25\n2 25\n");
 
+    // A clock below the board's does not do away with it.
+    let ran = synth(&place, &["--board", "ulx3s-25f", "--freq", "10", "--json"]);
+    ran.exits(0);
+    assert_eq!(ran.json()["fmax_mhz"]["per_seed"][0]["sought_mhz"], 25.0);
+
+    // A packer that fails loses no clock, and one that writes nothing leaves no older file.
+    fs::remove_file(&bitstream).unwrap();
+    place.fake_tool("bin/ecppack", "exit 9");
+    let ran = synth(&place, &board);
+    ran.exits(3);
+    let json = ran.json();
+    assert_eq!(json["fmax_mhz"]["max"], 300.0);
+    assert!(json["bitstream"].is_null());
+    fs::write(
+        bitstream.with_file_name("seed-2-at-25-mhz.part.bit"),
+        "junk",
+    )
+    .unwrap();
+    place.fake_tool("bin/ecppack", "exit 0");
+    synth(&place, &board).exits(3);
+    assert!(!bitstream.exists());
+
     let place = bench(2, &[20.0]);
     place.fake_tool("bin/ecppack", "exit 9");
     let ran = synth(&place, &["--board", "ulx3s-25f", "--json"]);
@@ -497,7 +519,7 @@ fn multipliers_are_laid_out_in_the_order_of_the_data() {
         (name.clone(), cell)
     });
     let cells: serde_json::Map<_, _> = cells.collect();
-    let netlist = serde_json::json!({"modules": {"tiny_shell": {"cells": cells}}});
+    let netlist = serde_json::json!({"modules": {"tiny_shell": {"attributes": {"top": "1"}, "cells": cells}}});
     place.write("netlist.json", &netlist.to_string());
     let ran = synth(&place, &["--json"]);
     ran.exits(0);
