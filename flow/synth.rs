@@ -9,6 +9,7 @@ pub mod board;
 pub mod climb;
 pub mod floorplan;
 pub mod netlist;
+mod pack;
 mod place;
 pub mod placed;
 pub mod route;
@@ -256,8 +257,9 @@ impl Plan<'_> {
                 let board = self.board;
                 board.is_some_and(|board| route.fmax_mhz >= board.clock_mhz)
             };
-            if let Some(best) = best.filter(enough) {
-                match placer.pack(best) {
+            if let (Some(packer), Some(best)) = (&placer.packer, best.filter(enough)) {
+                let made = best.configuration.as_deref().map(|from| packer.pack(from));
+                match made.transpose() {
                     Ok(bitstream) => synthesis.bitstream = bitstream,
                     Err(error) => synthesis.failed = synthesis.failed.or(Some((best.seed, error))),
                 }

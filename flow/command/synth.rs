@@ -159,14 +159,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let failed = synthesis.failed.take().map(|(seed, error)| {
         let mut failure = Failure::from(error);
         failure.message = format!("seed {seed}: {}; the others are told", failure.message);
+        // Others found room.
+        if failure.code == "does-not-fit" {
+            failure.code = "no-placement";
+        }
         failure
     });
-    let failure =
-        failed.or_else(|| judge(args, board, &source, device, &synthesis, speed.as_ref()));
+    let verdict = judge(args, board, &source, device, &synthesis, speed.as_ref());
     let mut json = facts(&source.design, device, &synthesis, speed.as_ref());
     json.insert("floorplan".into(), json!(drawn));
     json.insert("board".into(), json!(args.board));
     let mut remarks = Vec::new();
+    if let (Some(_), Some(verdict)) = (&failed, &verdict) {
+        remarks.push(verdict.message.clone());
+    }
     if !synthesis.uncounted.is_empty() {
         let kinds = synthesis.uncounted.iter();
         let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
@@ -187,7 +193,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         text: text::text(&source.design, device, &synthesis, speed.as_ref()),
         json,
         remarks,
-        failure,
+        failure: failed.or(verdict),
     })
 }
 

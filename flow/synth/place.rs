@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use hwgen_sim::error::ToolError;
 use hwgen_sim::tool::{
-    self, ECPPACK, FoundTool, ICEPACK, Invocation, NEXTPNR_ECP5, NEXTPNR_GOWIN, NEXTPNR_ICE40,
-    NEXTPNR_NEXUS, Run, Tool, Toolbox,
+    self, FoundTool, Invocation, NEXTPNR_ECP5, NEXTPNR_GOWIN, NEXTPNR_ICE40, NEXTPNR_NEXUS, Run,
+    Tool, Toolbox,
 };
 use hwgen_spec::device::{Place, PlaceTool};
 
 use super::board::Board;
 use super::climb::Climb;
+use super::pack::Packer;
 use super::route::Route;
 use super::{SynthError, io};
 
@@ -27,36 +28,8 @@ pub(super) struct Placer<'a> {
     pub pins: String,
     /// How long each run may take.
     timeout: Duration,
-    packer: Option<Packer>,
-}
-
-/// What makes a bitstream for a board.
-#[derive(Debug)]
-struct Packer {
-    tool: &'static Tool,
-    program: PathBuf,
-    arguments: &'static [&'static str],
-    /// nextpnr's option for what it is made of.
-    option: &'static str,
-    /// How the names of what it is made of and of itself end.
-    ends: [&'static str; 2],
-}
-
-impl Packer {
-    fn new(tool: PlaceTool, toolbox: &Toolbox) -> Result<Self, ToolError> {
-        let (tool, arguments, option, ends): (&'static Tool, &'static [_], _, _) = match tool {
-            PlaceTool::Ecp5 => (&ECPPACK, &["--compress"], "--textcfg", ["config", "bit"]),
-            PlaceTool::Ice40 => (&ICEPACK, &[], "--asc", ["asc", "bin"]),
-            PlaceTool::Nexus | PlaceTool::Gowin => unreachable!("no board has such a device"),
-        };
-        Ok(Self {
-            program: toolbox.locate(tool)?,
-            tool,
-            arguments,
-            option,
-            ends,
-        })
-    }
+    /// What makes bitstreams, if it is for a board.
+    pub packer: Option<Packer>,
 }
 
 /// A placement to be routed.
@@ -146,13 +119,13 @@ impl<'a> Placer<'a> {
             pins,
             timeout,
             packer: board
-                .map(|_| Packer::new(place.tool, toolbox))
+                .map(|_| Packer::new(place.tool, toolbox, timeout))
                 .transpose()?,
         })
     }
 
     /// All that placements and routes depend on but the netlist, the seed and the clock.
-    pub fn key(&self) -> [String; 6] {
+    pub fn key(&self) -> [String; 7] {
         [
             self.nextpnr.version.to_string(),
             self.pins.clone(),
@@ -160,6 +133,7 @@ impl<'a> Placer<'a> {
             self.place.sought_mhz.to_string(),
             format!("{:?}", self.place.most_rounds),
             self.place.multiplier_rows.concat().join(" "),
+            self.packer.as_ref().map_or(String::new(), Packer::key),
         ]
     }
 
@@ -217,54 +191,6 @@ impl<'a> Placer<'a> {
     }
 }
 
-impl Placer<'_> {
-    /// Makes a bitstream of a route for a board, if that has not been done.
-    ///
-    /// # Errors
-    /// If the program fails, takes too long or writes nothing.
-    pub fn pack(&self, route: &Route) -> Result<Option<PathBuf>, SynthError> {
-        let (Some(packer), Some(from)) = (&self.packer, &route.configuration) else {
-            return Ok(None);
-        };
-        let (stem, directory) = (from.file_stem(), from.parent());
-        let stem = stem.and_then(|stem| stem.to_str()).expect("a plain name");
-        let (bitstream, part) = (
-            from.with_extension(packer.ends[1]),
-            format!("{stem}.part.{}", packer.ends[1]),
-        );
-        if bitstream.exists() {
-            return Ok(Some(bitstream));
-        }
-        let left = from.with_file_name(&part);
-        if left.exists() {
-            fs::remove_file(&left).map_err(io(&left))?;
-        }
-        let own = [format!("{stem}.{}", packer.ends[0]), part.clone()];
-        let own = own.iter().map(String::as_str);
-        let run = tool::run(&Invocation {
-            tool: packer.tool.name.to_owned(),
-            version: "not asked for".to_owned(),
-            program: packer.program.clone(),
-            arguments: packer
-                .arguments
-                .iter()
-                .copied()
-                .chain(own)
-                .map(Into::into)
-                .collect(),
-            directory: directory.expect("one of results").to_owned(),
-            label: format!("{stem}-{}", packer.tool.name),
-            timeout: self.timeout,
-        })?;
-        let part = from.with_file_name(part);
-        if !part.exists() {
-            return Err(run.no_verdict(packer.tool.name, "a bitstream").into());
-        }
-        fs::rename(&part, &bitstream).map_err(io(&part))?;
-        Ok(Some(bitstream))
-    }
-}
-
 impl Placement<'_> {
     /// Places, if that has not been done, and gives the clock that the placer expects, in MHz.
     fn place(&self) -> Result<Option<f64>, SynthError> {
@@ -278,7 +204,8 @@ impl Placement<'_> {
             );
             let own = [&own[..], &["--json", NETLIST, "--write", &part]].concat();
             self.forget(&part)?;
-            let run = self.nextpnr(&label, &own)?;
+            let run = tool::run(&self.invocation(&label, &own));
+            let run = run.map_err(|error| self.told(error))?;
             let part = self.written(&run, &part)?;
             forget_clock(&part)?;
             self.keep(&part, &placed)?;
@@ -302,15 +229,12 @@ impl Placement<'_> {
                 &["--json", &placed, "--freq", &freq, "--report", &part],
             ]
             .concat();
-            let configure = self.configure(&label);
-            let configure: Vec<&str> = configure.iter().map(String::as_str).collect();
-            let own = [&own[..], &configure].concat();
             let endless = |log: &Path| {
                 let text = fs::read_to_string(log).unwrap_or_default();
                 rounds(&text).is_some_and(|(rounds, late)| rounds > most_rounds && late > 0)
             };
             self.forget(&part)?;
-            let run = tool::run_until(&self.invocation(&label, &own), endless);
+            let run = tool::run_until(&self.routing(&label, &own), endless);
             let Some(run) = run.map_err(|error| self.told(error))? else {
                 let log = self.directory.join(format!("{label}.log"));
                 let text = fs::read_to_string(&log).map_err(io(&log))?;
@@ -341,12 +265,10 @@ impl Placement<'_> {
                 &["--report", &report_part, "--write", &placed_part],
             ]
             .concat();
-            let configure = self.configure(&label);
-            let configure: Vec<&str> = configure.iter().map(String::as_str).collect();
-            let own = [&own[..], &configure].concat();
             self.forget(&report_part)?;
             self.forget(&placed_part)?;
-            let run = self.nextpnr(&label, &own)?;
+            let run = tool::run(&self.routing(&label, &own));
+            let run = run.map_err(|error| self.told(error))?;
             self.keep(&self.written(&run, &placed_part)?, &placed)?;
             self.keep(&self.written(&run, &report_part)?, &report)?;
         }
@@ -372,7 +294,7 @@ impl Placement<'_> {
     /// What a bitstream will be made of, if it is for a board.
     fn configuration(&self, label: &str) -> Option<String> {
         let packer = self.placer.packer.as_ref()?;
-        Some(format!("{label}.{}", packer.ends[0]))
+        Some(packer.configuration(label))
     }
 
     /// Whether it is there, if it is asked for.
@@ -381,11 +303,13 @@ impl Placement<'_> {
         name.is_none_or(|name| self.directory.join(name).exists())
     }
 
-    /// Arguments that ask for it.
-    fn configure(&self, label: &str) -> Vec<String> {
-        let (packer, name) = (self.placer.packer.as_ref(), self.configuration(label));
-        let option = packer.map(|packer| packer.option.to_owned());
-        option.into_iter().chain(name).collect()
+    /// A run of the program that routes, which writes that, too.
+    fn routing(&self, label: &str, own: &[&str]) -> Invocation {
+        let name = self.configuration(label);
+        let option = self.placer.packer.as_ref().map(|packer| packer.option);
+        let configuration = option.into_iter().chain(name.as_deref());
+        let own: Vec<&str> = own.iter().copied().chain(configuration).collect();
+        self.invocation(label, &own)
     }
 
     /// Deletes what a run that was broken off may have left.
@@ -409,10 +333,6 @@ impl Placement<'_> {
     /// Gives a file that is whole its name.
     fn keep(&self, part: &Path, name: &str) -> Result<(), SynthError> {
         fs::rename(part, self.directory.join(name)).map_err(io(part))
-    }
-
-    fn nextpnr(&self, label: &str, own: &[&str]) -> Result<Run, SynthError> {
-        tool::run(&self.invocation(label, own)).map_err(|error| self.told(error))
     }
 
     fn invocation(&self, label: &str, own: &[&str]) -> Invocation {

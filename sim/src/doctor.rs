@@ -64,7 +64,7 @@ pub fn status(tools: &Toolbox, tool: &Tool) -> ToolStatus {
         Ok(found) => {
             status.health = Health::Ok;
             status.path = Some(found.path);
-            status.version = Some(found.version.to_string());
+            status.version = Some(found.version.to_string()).filter(|version| !version.is_empty());
         }
         Err(ToolError::TooOld { path, found, .. }) => {
             status.health = Health::TooOld;

