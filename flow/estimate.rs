@@ -8,7 +8,6 @@
 use std::collections::{BTreeMap, HashSet};
 
 use hwgen_sim::model::Model;
-use hwgen_spec::activation::OddTable;
 use hwgen_spec::design::{Design, Feed, Layer, extra_shift_width};
 use hwgen_spec::device::{Device, Sites};
 
@@ -124,8 +123,7 @@ fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str
     for layer in design.perceptron().layers() {
         let quant = &layer.quant;
         let (x, w) = (quant.input.width(), quant.weight_format.width());
-        let table = quant.table.as_ref();
-        let (distance, slope) = table.map_or((0, 0), |t| table_operands(t));
+        let (distance, slope) = layer.activation_operands();
         for (a, b, activation) in [(x, w, false), (distance, slope, true)] {
             let in_logic = activation && layer.activation_in_logic;
             if in_logic || a.max(b) > device.multiplier_bits.unwrap_or(0) {
@@ -136,19 +134,13 @@ fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str
     wide
 }
 
-/// Bits of distance and slope, as the multiplier has them.
-fn table_operands(table: &OddTable) -> (u32, u32) {
-    (table.distance_bits() + 1, table.slope_width() + 1)
-}
-
 /// A multiplier of so many bits: one block, or where these are too few as many as the operands'
 /// parts meet, and the sums of their products.
 fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
     if !device.has_multipliers() {
         return own_multiplier(a, b);
     }
-    let most = device.multiplier_bits.unwrap_or(1);
-    let multipliers = u64::from(a.div_ceil(most) * b.div_ceil(most));
+    let multipliers = device.blocks(a, b) as u64;
     Sites {
         lut4: (multipliers - 1) * u64::from(a + b),
         multipliers,
@@ -260,7 +252,7 @@ fn pieces(layer: &Layer, device: &Device) -> Vec<(&'static str, Sites)> {
         let mut segments = rom(device, &lines, table.offset_width());
         let sum = adder(bits(table.fraction() + table.slope_bits()));
         segments.lut4 += sum + 2 * bits(quant.output.width());
-        let (distance, slope) = table_operands(table);
+        let (distance, slope) = layer.activation_operands();
         segments += if layer.activation_in_logic {
             logic_multiplier(slope - 1, distance - 1)
         } else {

@@ -305,6 +305,26 @@ impl Layer {
         self.multipliers() + self.activation_multipliers()
     }
 
+    /// A device's blocks that the multipliers of its array take.
+    pub fn array_blocks(&self, device: &Device) -> usize {
+        let (x, w) = (self.quant.input.width(), self.quant.weight_format.width());
+        self.multipliers() * device.blocks(x, w)
+    }
+
+    /// The same of array and activation units.
+    pub fn all_blocks(&self, device: &Device) -> usize {
+        let (distance, slope) = self.activation_operands();
+        self.array_blocks(device) + self.activation_multipliers() * device.blocks(distance, slope)
+    }
+
+    /// Bits of distance and slope, as the multiplier of an activation unit has them; none where there is none.
+    pub fn activation_operands(&self) -> (u32, u32) {
+        let table = self.quant.table.as_ref();
+        table.map_or((0, 0), |table| {
+            (table.distance_bits() + 1, table.slope_width() + 1)
+        })
+    }
+
     /// Multiplications of a frame.
     pub fn macs(&self) -> usize {
         match self.feed {
@@ -440,14 +460,14 @@ const PART_FOR_LATENCY: u32 = 16;
 fn fastest(
     net: &QuantNet,
     multipliers: u32,
-    count: fn(&Layer) -> usize,
+    count: impl Fn(&Layer) -> usize,
     device: &Device,
 ) -> Result<(u32, u32), u32> {
-    let interval = folding::interval_for(net, multipliers, count)?;
+    let interval = folding::interval_for(net, multipliers, &count)?;
     let spare = device
         .lut4
         .map_or(usize::MAX, |lut4| to_usize(lut4 / PART_FOR_LATENCY));
-    let shared = folding::shared_interval_for(net, multipliers, interval, count, spare);
+    let shared = folding::shared_interval_for(net, multipliers, interval, &count, spare);
     Ok((shared, interval))
 }
 
@@ -457,11 +477,11 @@ fn fastest(
 /// logic.
 fn fastest_on(net: &QuantNet, device: &Device) -> Result<(u32, u32), u32> {
     let multipliers = device.multiplier_budget();
-    let blocks = fastest(net, multipliers, Layer::all_multipliers, device);
+    let blocks = fastest(net, multipliers, |l| l.all_blocks(device), device);
     if !device.activation_in_logic {
         return blocks;
     }
-    let logic = fastest(net, multipliers, Layer::multipliers, device);
+    let logic = fastest(net, multipliers, |l| l.array_blocks(device), device);
     match (&blocks, &logic) {
         (Ok((_, with_blocks)), Ok((_, with_logic))) if with_logic >= with_blocks => blocks,
         _ => logic,
@@ -515,7 +535,7 @@ impl Design {
             }
         };
         let mut perceptron = folding::fold(&quant, to_usize(shared), to_usize(allowed));
-        let wanted: usize = perceptron.layers().map(Layer::all_multipliers).sum();
+        let wanted: usize = perceptron.layers().map(|l| l.all_blocks(device)).sum();
         let short = wanted > to_usize(device.multiplier_budget());
         for layer in perceptron.layers_mut() {
             layer.activation_in_logic = device.activation_in_logic && short;

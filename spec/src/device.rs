@@ -97,6 +97,19 @@ impl Device {
         self.multipliers.is_some_and(|multipliers| multipliers > 0)
     }
 
+    /// Blocks of a multiplier of operands of so many bits: as many as parts of the one meet parts of the other;
+    /// one where multipliers are made of logic.
+    ///
+    /// ```
+    /// let device = hwgen_spec::device::find("ecp5-85k").unwrap();
+    /// assert_eq!([(18, 18), (18, 24), (24, 24)].map(|(a, b)| device.blocks(a, b)), [1, 2, 4]);
+    /// ```
+    pub fn blocks(&self, a: u32, b: u32) -> usize {
+        let most = self.multiplier_bits.filter(|_| self.has_multipliers());
+        let parts = |bits: u32| most.map_or(1, |most| bits.div_ceil(most));
+        crate::design::to_usize(parts(a) * parts(b))
+    }
+
     /// Multipliers that a design may have where it is not said how many.
     pub fn multiplier_budget(&self) -> u32 {
         let blocks = self.multipliers.filter(|&blocks| blocks > 0);

@@ -207,11 +207,11 @@ const TRIED: u32 = 512;
 pub fn interval_for(
     net: &QuantNet,
     multipliers: u32,
-    count: fn(&Layer) -> usize,
+    count: impl Fn(&Layer) -> usize,
 ) -> Result<u32, u32> {
     let used = |interval: u32| {
-        let slow = used(net, interval, interval, count);
-        slow.min(used(net, 1, interval, count))
+        let slow = used(net, interval, interval, &count);
+        slow.min(used(net, 1, interval, &count))
     };
     let layers = || {
         net.shared
@@ -254,7 +254,7 @@ pub fn shared_interval_for(
     net: &QuantNet,
     multipliers: u32,
     interval: u32,
-    count: fn(&Layer) -> usize,
+    count: impl Fn(&Layer) -> usize,
     spare: usize,
 ) -> u32 {
     let plan = |shared: u32| fold(net, to_usize(shared), to_usize(interval));
@@ -262,7 +262,7 @@ pub fn shared_interval_for(
     let most = bits(&plan(interval)).saturating_add(spare);
     let fitting = || {
         let plans = (1..=interval).map(|shared| (shared, plan(shared)));
-        plans.filter(|(_, plan)| plan.layers().map(count).sum::<usize>() <= to_usize(multipliers))
+        plans.filter(|(_, plan)| plan.layers().map(&count).sum::<usize>() <= to_usize(multipliers))
     };
     let cheap = fitting().find(|(_, plan)| bits(plan) <= most);
     let found = cheap.or_else(|| fitting().min_by_key(|(_, plan)| bits(plan)));
@@ -270,7 +270,7 @@ pub fn shared_interval_for(
 }
 
 /// Multipliers of a folding.
-fn used(net: &QuantNet, shared: u32, interval: u32, count: fn(&Layer) -> usize) -> usize {
+fn used(net: &QuantNet, shared: u32, interval: u32, count: impl Fn(&Layer) -> usize) -> usize {
     let plan = fold(net, to_usize(shared), to_usize(interval));
     plan.layers().map(count).sum()
 }
@@ -363,6 +363,33 @@ mod tests {
             let now = used(interval);
             assert!(now <= before, "{interval}: {now} after {before}");
             before = now;
+        }
+    }
+
+    /// Operands of more bits than a block takes are several blocks each.
+    #[test]
+    fn a_device_gives_as_many_blocks_as_it_has() {
+        use crate::design::Design;
+        use crate::options::{Budget, WidthSetting};
+        let text = include_bytes!("../../designs/landing/weights.json");
+        let net = weights::read(text).unwrap();
+        for device in ["gw2a-18", "ecp5-25k"] {
+            for bits in [16, 24] {
+                let options = Options {
+                    device: Some(device.into()),
+                    budget: Budget::Device,
+                    weight_bits: vec![WidthSetting { layer: None, bits }],
+                    ..Options::default()
+                };
+                let design = Design::new(&net, &options).unwrap();
+                let device = design.device();
+                let own = design.multipliers() + design.activation_multipliers();
+                let layers = || design.perceptron().layers();
+                let blocks: usize = layers().map(|l| l.all_blocks(device)).sum();
+                let there = to_usize(device.multipliers.unwrap());
+                assert!(there / 2 < blocks && blocks <= there, "{blocks} of {there}");
+                assert_eq!(blocks > own, bits == 24, "{own} in {blocks}");
+            }
         }
     }
 
