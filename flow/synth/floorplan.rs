@@ -8,14 +8,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use hwgen_spec::design::{Layer, NetworkPlan, Perceptron};
+use hwgen_spec::design::{Layer, Perceptron};
 use hwgen_spec::device::Device;
 use serde_json::Value;
 
 use super::{SynthError, io};
 
 /// A name of what stands below: placements of another rule are other placements.
-pub const RULE: &str = "multipliers in the order of the data, 1";
+pub const RULE: &str = "multipliers in the order of the data, out and back, 2";
 
 /// Names a site for each multiplier of a netlist, in its file.
 ///
@@ -50,50 +50,58 @@ pub fn lay_out(path: &Path, stage: &Perceptron, device: &Device) -> Result<(), S
         .map(|(name, cell)| (name.clone(), cell))
         .collect();
     let names: Vec<&str> = multipliers.keys().map(String::as_str).collect();
-    let names: Vec<String> = sequence(stage, &names)
-        .into_iter()
-        .map(Into::into)
-        .collect();
-    for (name, site) in names.iter().zip(sites(&rows, names.len())) {
-        let cell = multipliers.get_mut(name).expect("one of them");
+    let strips = strips(stage, &names);
+    let mut columns = columns(&rows, names.len()).into_iter();
+    let mut placed: Vec<(String, &str)> = Vec::new();
+    for strip in &strips {
+        let sites = out_and_back(columns.by_ref().take(strip.names.len()), strip.leftwards);
+        let names = strip.names.iter().map(|name| (*name).to_owned());
+        placed.extend(names.zip(sites));
+    }
+    for (name, site) in placed {
+        let cell = multipliers.get_mut(&name).expect("one of them");
         cell["attributes"]["BEL"] = Value::from(site);
     }
     let text = serde_json::to_vec(&netlist).expect("a value that was read");
     fs::write(path, text).map_err(io(path))
 }
 
-/// The multipliers in the order of the data: half of the networks mirrored, the shared layers, the
-/// other half, so that all begin in the middle.
-fn sequence<'a>(stage: &'a Perceptron, names: &[&'a str]) -> Vec<&'a str> {
+/// Multipliers that stand side by side, in the order of their data.
+struct Strip<'a> {
+    names: Vec<&'a str>,
+    /// Whether the data begins at the right.
+    leftwards: bool,
+}
+
+/// Half of the networks, the shared layers, the other half and what is of none: all begin towards the
+/// middle, where the shared words come from.
+fn strips<'a>(stage: &'a Perceptron, names: &[&'a str]) -> Vec<Strip<'a>> {
     let mut rest: BTreeSet<&str> = names.iter().copied().collect();
-    let mut take = |layer: &Layer, mirrored: bool| {
-        let inside = format!("u_core.u_mlp.u_{}.", layer.quant.name);
-        let own = names
-            .iter()
-            .filter_map(|name| Some((*name, name.strip_prefix(&inside)?)));
-        let mut own: Vec<(&str, &str)> = own.collect();
-        own.sort_by_cached_key(|(_, local)| (local.starts_with("g_act"), numbers(local)));
-        if mirrored {
-            own.reverse();
-        }
-        for (name, _) in &own {
+    let mut strip = |layers: &[Layer], leftwards: bool| {
+        let own = layers.iter().flat_map(|layer| {
+            let inside = format!("u_core.u_mlp.u_{}.", layer.quant.name);
+            let own = names
+                .iter()
+                .filter_map(|name| Some((*name, name.strip_prefix(&inside)?.to_owned())));
+            let mut own: Vec<(&str, String)> = own.collect();
+            own.sort_by_cached_key(|(_, local)| (local.starts_with("g_act"), numbers(local)));
+            own.into_iter().map(|(name, _)| name)
+        });
+        let names: Vec<&str> = own.collect();
+        for name in &names {
             rest.remove(name);
         }
-        own.into_iter().map(|(name, _)| name).collect::<Vec<_>>()
+        Strip { names, leftwards }
     };
     let (front, back) = stage.networks.split_at(stage.networks.len() / 2);
-    let layers = |networks: &'a [NetworkPlan]| networks.iter().flat_map(|n| &n.layers);
-    let front = layers(front).rev().map(|layer| (layer, true));
-    let back = stage
-        .shared
-        .iter()
-        .chain(layers(back))
-        .map(|layer| (layer, false));
-    let mut all: Vec<&str> = front
-        .chain(back)
-        .flat_map(|(layer, mirrored)| take(layer, mirrored))
-        .collect();
-    all.extend(rest);
+    let mut all: Vec<Strip> = front.iter().map(|n| strip(&n.layers, true)).collect();
+    all.push(strip(&stage.shared, false));
+    all.extend(back.iter().map(|n| strip(&n.layers, false)));
+    let names = rest.into_iter().collect();
+    all.push(Strip {
+        names,
+        leftwards: false,
+    });
     all
 }
 
@@ -103,25 +111,38 @@ fn numbers(name: &str) -> Vec<u64> {
     digits.filter_map(|number| number.parse().ok()).collect()
 }
 
-/// Sites for so many multipliers: of the rows in the middle, as many as it takes, the same part of
-/// each, there and back.
-fn sites<'a>(rows: &[&'a [String]], count: usize) -> Vec<&'a str> {
+/// A site, and where it is: column and row among those that are used.
+type Site<'a> = (usize, usize, &'a str);
+
+/// Sites for so many multipliers, column by column: of the rows in the middle, as many as it takes, the
+/// same part of each.
+fn columns<'a>(rows: &[&'a [String]], count: usize) -> Vec<Site<'a>> {
     let most = rows.iter().map(|row| row.len()).max().unwrap_or(0).max(1);
     let used = count.div_ceil(most).clamp(1, rows.len().max(1));
     let first = (rows.len() - used.min(rows.len())) / 2;
     let each = count.div_ceil(used);
-    let rows = rows[first..].iter().take(used).enumerate();
-    rows.flat_map(|(at, row)| {
+    let mut all = Vec::new();
+    for (y, row) in rows[first..].iter().take(used).enumerate() {
         let part = each.min(row.len());
         let left = (row.len() - part) / 2;
-        let part = row[left..left + part].iter().map(String::as_str);
-        if at % 2 == 0 {
-            part.collect::<Vec<_>>()
-        } else {
-            part.rev().collect()
-        }
-    })
-    .collect()
+        let part = row[left..left + part].iter();
+        all.extend(part.enumerate().map(|(x, site)| (x, y, site.as_str())));
+    }
+    all.sort_unstable();
+    all
+}
+
+/// The sites of a strip in the order of its data: out along the lower half of the rows and back along
+/// the others, so that it ends, too, where it began.
+fn out_and_back<'a>(sites: impl Iterator<Item = Site<'a>>, leftwards: bool) -> Vec<&'a str> {
+    let mut sites: Vec<Site> = sites.collect();
+    let rows = 1 + sites.iter().map(|&(_, y, _)| y).max().unwrap_or(0);
+    sites.sort_by_key(|&(x, y, _)| {
+        let x = x as isize;
+        let out = y < (rows / 2).max(1);
+        (!out, if leftwards == out { -x } else { x }, y)
+    });
+    sites.into_iter().map(|(_, _, site)| site).collect()
 }
 
 #[cfg(test)]
@@ -137,15 +158,33 @@ mod tests {
     fn few_multipliers_stand_in_the_middle_and_many_everywhere() {
         let rows = rows(&[6, 6, 6]);
         let rows: Vec<&[String]> = rows.iter().map(Vec::as_slice).collect();
-        assert_eq!(sites(&rows, 2), ["2/1", "3/1"]);
-        assert_eq!(sites(&rows, 0), Vec::<&str>::new());
-        let eight = sites(&rows, 8);
-        assert_eq!(eight[..4], ["1/0", "2/0", "3/0", "4/0"]);
-        assert_eq!(eight[4..], ["4/1", "3/1", "2/1", "1/1"]);
-        let all = sites(&rows, 18);
-        assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), 18);
+        let names = |count| {
+            let all = columns(&rows, count).into_iter();
+            all.take(count).map(|(_, _, site)| site).collect::<Vec<_>>()
+        };
+        assert_eq!(names(2), ["2/1", "3/1"]);
+        assert_eq!(names(0), Vec::<&str>::new());
+        assert_eq!(
+            names(8),
+            ["1/0", "1/1", "2/0", "2/1", "3/0", "3/1", "4/0", "4/1"]
+        );
+        assert_eq!(names(18).iter().collect::<BTreeSet<_>>().len(), 18);
         // A netlist that is too large is another's to refuse.
-        assert_eq!(sites(&rows, 20).len(), 18);
+        assert_eq!(names(20).len(), 18);
+    }
+
+    #[test]
+    fn a_strip_ends_where_it_began() {
+        let rows = rows(&[2, 2, 2]);
+        let rows: Vec<&[String]> = rows.iter().map(Vec::as_slice).collect();
+        let sites = |leftwards| out_and_back(columns(&rows, 6).into_iter(), leftwards);
+        assert_eq!(sites(false), ["0/0", "1/0", "1/1", "1/2", "0/1", "0/2"]);
+        assert_eq!(sites(true), ["1/0", "0/0", "0/1", "0/2", "1/1", "1/2"]);
+        let row = &rows[..1];
+        assert_eq!(
+            out_and_back(columns(row, 2).into_iter(), true),
+            ["1/0", "0/0"]
+        );
     }
 
     #[test]
@@ -154,23 +193,30 @@ mod tests {
         let net = hwgen_spec::weights::read(text).unwrap();
         let design = hwgen_spec::design::Design::new(&net, &Default::default()).unwrap();
         let cell = |layer: &str, cell: &str| format!("u_core.u_mlp.u_{layer}.{cell}.u_mul");
-        let order = [
-            cell("position_l1", "u_pe0.g_mul[0]"),
-            cell("position_l0", "g_act[0].u_pwl"),
-            cell("position_l0", "u_pe1.g_mul[0]"),
-            cell("position_l0", "u_pe0.g_mul[1]"),
+        let position = [
             cell("position_l0", "u_pe0.g_mul[0]"),
+            cell("position_l0", "u_pe0.g_mul[1]"),
+            cell("position_l0", "u_pe1.g_mul[0]"),
+            cell("position_l0", "g_act[0].u_pwl"),
+            cell("position_l1", "u_pe0.g_mul[0]"),
+        ];
+        let shared = [
             cell("shared_l0", "u_pe0.g_mul[0]"),
             cell("shared_l0", "u_pe0.g_mul[1]"),
-            cell("orientation_l0", "u_pe0.g_mul[0]"),
-            cell("orientation_l0", "u_pe1.g_mul[0]"),
-            cell("orientation_l0", "g_act[0].u_pwl"),
-            cell("orientation_l1", "u_pe0.g_mul[0]"),
-            "u_core.u_strange.u_mul".to_owned(),
         ];
-        let mut names: Vec<&str> = order.iter().map(String::as_str).collect();
+        let orientation = [
+            cell("orientation_l0", "u_pe0.g_mul[0]"),
+            cell("orientation_l1", "u_pe0.g_mul[0]"),
+        ];
+        let strange = ["u_core.u_strange.u_mul".to_owned()];
+        let order = [&position[..], &shared, &orientation, &strange];
+        let mut names: Vec<&str> = order.iter().copied().flatten().map(|n| &**n).collect();
         names.sort_unstable();
-        assert_eq!(sequence(design.perceptron(), &names), order);
+        let strips = strips(design.perceptron(), &names);
+        let found: Vec<&[&str]> = strips.iter().map(|strip| &*strip.names).collect();
+        assert_eq!(found, order);
+        let leftwards: Vec<bool> = strips.iter().map(|strip| strip.leftwards).collect();
+        assert_eq!(leftwards, [true, false, false, false]);
     }
 
     #[test]
