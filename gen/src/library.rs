@@ -11,11 +11,12 @@ macro_rules! cells {
     };
 }
 
-const CELLS: [(&str, &str); 20] = cells![
+const CELLS: [(&str, &str); 21] = cells![
     "hwg_accumulator",
     "hwg_add",
     "hwg_admit",
     "hwg_beats",
+    "hwg_count",
     "hwg_delay",
     "hwg_drain",
     "hwg_egress",

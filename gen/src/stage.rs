@@ -7,7 +7,7 @@ use crate::bundle::File;
 use crate::layer::{self, table_module};
 use crate::rom;
 use crate::text::finish;
-use crate::{Header, bits, range};
+use crate::{Header, address_width, bits, range};
 
 #[derive(Template)]
 #[template(path = "mlp.v", syntax = "verilog")]
@@ -58,6 +58,8 @@ struct NetworkContext {
     words: usize,
     width: usize,
     fifo_width: usize,
+    /// Bits of the count of answers that wait.
+    known_range: String,
     range: String,
     first: usize,
     signs: usize,
@@ -121,6 +123,7 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
             words: last.outputs(),
             width,
             fifo_width: 1 + last.outputs() * width,
+            known_range: range(address_width(schedule.fifo_depth + 1)),
             range: range(last.outputs() * width),
             first,
             signs: lane - width + 1,

@@ -2,8 +2,7 @@
 // hwg_queue: a FIFO of several words: the head in a register, the others in a small memory.
 //
 // Function:  words leave in the order in which they came; none is lost or doubled.
-// Latency:   1 clock; one word a clock. Both handshakes are registered, and whether a word is there is
-//            told a clock ahead.
+// Latency:   1 clock; one word a clock. Both handshakes are registered.
 // Overflow:  impossible: a word is taken with ready_o high only.
 // Reset:     empties it; not ready while reset is held. Head and memory keep their words.
 // Model:     hwgen: sim/src/model/stream.rs, Queue
@@ -19,7 +18,6 @@ module hwg_queue #(
   output wire             ready_o,
   input  wire [WIDTH-1:0] data_i,
   output wire             valid_o,
-  output wire             valid_next_o,  // valid_o after this edge
   input  wire             ready_i,
   output wire [WIDTH-1:0] data_o
 );
@@ -32,38 +30,42 @@ module hwg_queue #(
   reg [WIDTH-1:0]         memory [0:BEHIND-1];
   reg [ADDRESS_WIDTH-1:0] write_q = {ADDRESS_WIDTH{1'b0}};  // where the next word behind goes
   reg [ADDRESS_WIDTH-1:0] read_q  = {ADDRESS_WIDTH{1'b0}};  // where the one behind the head is
-  reg [COUNT_WIDTH-1:0]   count_q = {COUNT_WIDTH{1'b0}};
-  reg                     valid_q = 1'b0;
-  reg                     more_q  = 1'b0;  // there is a word behind the head
   reg                     ready_q = 1'b0;
 
-  wire push   = valid_i & ready_q;
-  wire pop    = valid_q & ready_i;
-  wire behind = push & valid_q & (more_q | ~ready_i);  // it is not the head at once
+  wire [COUNT_WIDTH-1:0] count;
+  wire                   valid;
+  wire                   more;  // there is a word behind the head
 
-  // What is going to be there is told from what is, so that no path goes by way of a sum.
-  localparam integer ONE = 1;
-  localparam integer TWO = 2;
-  wire one  = count_q == ONE[COUNT_WIDTH-1:0];
-  wire two  = count_q == TWO[COUNT_WIDTH-1:0];
-  wire many = ~one & ~two & valid_q;
-  wire near = count_q == BEHIND[COUNT_WIDTH-1:0];
-  wire full = count_q == DEPTH[COUNT_WIDTH-1:0];
+  wire push   = valid_i & ready_q;
+  wire pop    = valid & ready_i;
+  wire behind = push & valid & (more | ~ready_i);  // it is not the head at once
+  wire near   = count == BEHIND[COUNT_WIDTH-1:0];
+  wire full   = count == DEPTH[COUNT_WIDTH-1:0];
+
+  wire unused_next;
+  hwg_count #(
+    .MOST(DEPTH)
+  ) u_count (
+    .clk_i      (clk_i),
+    .rst_i      (rst_i),
+    .up_i       (push),
+    .down_i     (pop),
+    .count_o    (count),
+    .some_o     (valid),
+    .more_o     (more),
+    .some_next_o(unused_next)
+  );
 
   always @(posedge clk_i) begin
     if (rst_i) begin
       write_q <= {ADDRESS_WIDTH{1'b0}};
       read_q  <= {ADDRESS_WIDTH{1'b0}};
-      count_q <= {COUNT_WIDTH{1'b0}};
     end else begin
       if (behind)
         write_q <= write_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : write_q + 1'b1;
-      if (pop & more_q)
+      if (pop & more)
         read_q <= read_q == LAST[ADDRESS_WIDTH-1:0] ? {ADDRESS_WIDTH{1'b0}} : read_q + 1'b1;
-      if (push != pop) count_q <= push ? count_q + 1'b1 : count_q - 1'b1;
     end
-    valid_q <= valid_next_o;
-    more_q  <= ~rst_i & (many | (two & (push | ~pop)) | (one & push & ~pop));
     ready_q <= ~rst_i & (pop | ~(full | (near & push)));
   end
 
@@ -71,8 +73,8 @@ module hwg_queue #(
   // and no gate stands between a register and all bits of the memory. Without a word behind it the head
   // takes it likewise.
   always @(posedge clk_i) begin
-    if (ready_q)            memory[write_q] <= data_i;
-    if (ready_i | ~valid_q) head_q <= more_q ? memory[read_q] : data_i;
+    if (ready_q)          memory[write_q] <= data_i;
+    if (ready_i | ~valid) head_q <= more ? memory[read_q] : data_i;
   end
 
   genvar i;
@@ -86,9 +88,7 @@ module hwg_queue #(
     end
   endgenerate
 
-  assign valid_next_o = ~rst_i & (push | more_q | (valid_q & ~ready_i));
-
-  assign valid_o = valid_q;
+  assign valid_o = valid;
   assign ready_o = ready_q;
   assign data_o  = head_q;
 endmodule

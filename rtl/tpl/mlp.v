@@ -42,6 +42,10 @@ module @{ module }@ (
     leave_q <= leave;
   end
 
+  // A copy of leave_q for the credits, which stand with the ingress: `keep` keeps it.
+  (* keep, dont_merge, syn_preserve = 1 *) reg release_q = 1'b0;
+  (* keep *) always @(posedge clk_i) release_q <= leave;
+
   hwg_admit #(
     .INTERVAL(@{ interval }@),
     .CREDITS (@{ credits }@)
@@ -50,27 +54,25 @@ module @{ module }@ (
     .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
-    .release_i   (leave_q)
+    .release_i   (release_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known_next;
-  wire unused_frames_known;
+  wire unused_frames_valid;
   wire unused_frames_ready;  // credits keep the queues from being full
   hwg_queue #(
     .WIDTH(2),
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
-    .clk_i       (clk_i),
-    .rst_i       (rst_q2),
-    .valid_i     (start_q),
-    .ready_o     (unused_frames_ready),
-    .data_i      ({error_i, clipped_i}),
-    .valid_o     (unused_frames_known),
-    .valid_next_o(known_next),
-    .ready_i     (leave_q),
-    .data_o      ({error_o, clipped})
+    .clk_i   (clk_i),
+    .rst_i   (rst_q2),
+    .valid_i (start_q),
+    .ready_o (unused_frames_ready),
+    .data_i  ({error_i, clipped_i}),
+    .valid_o (unused_frames_valid),
+    .ready_i (leave_q),
+    .data_o  ({error_o, clipped})
   );
 @% for l in layers %@
   // Layer @{ l.name }@: @{ l.inputs }@ to @{ l.outputs }@ @{ l.activation }@@{ l.note }@.
@@ -116,8 +118,7 @@ module @{ module }@ (
   );
 @% endif %@@% endfor %@@% for n in networks %@
   // Answers of network @{ n.name }@: @{ n.words }@ words, @{ n.format }@.
-  wire @{ n.name }@_known_next;
-  wire unused_@{ n.name }@_known;
+  wire unused_@{ n.name }@_valid;
   wire unused_@{ n.name }@_ready;
   wire @{ n.name }@_saturated;
   wire @{ n.range }@ @{ n.name }@_answer;
@@ -130,19 +131,36 @@ module @{ module }@ (
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
-    .clk_i       (clk_i),
-    .rst_i       (@{ n.name }@_rst_q2),
-    .valid_i     (@{ n.last }@_start),
-    .ready_o     (unused_@{ n.name }@_ready),
-    .data_i      ({@{ n.last }@_clipped, @{ n.last }@_vector}),
-    .valid_o     (unused_@{ n.name }@_known),
-    .valid_next_o(@{ n.name }@_known_next),
-    .ready_i     (@{ n.name }@_leave_q),
-    .data_o      ({@{ n.name }@_saturated, @{ n.name }@_answer})
+    .clk_i   (clk_i),
+    .rst_i   (@{ n.name }@_rst_q2),
+    .valid_i (@{ n.last }@_start[0]),
+    .ready_o (unused_@{ n.name }@_ready),
+    .data_i  ({@{ n.last }@_clipped, @{ n.last }@_vector}),
+    .valid_o (unused_@{ n.name }@_valid),
+    .ready_i (@{ n.name }@_leave_q),
+    .data_o  ({@{ n.name }@_saturated, @{ n.name }@_answer})
+  );
+
+  // How many they are is counted beside the decision, which so need not ask the queue.
+  wire @{ n.known_range }@ unused_@{ n.name }@_count;
+  wire unused_@{ n.name }@_known;
+  wire unused_@{ n.name }@_more;
+  wire @{ n.name }@_known_next;
+  hwg_count #(
+    .MOST(@{ fifo_depth }@)
+  ) u_@{ n.name }@_known (
+    .clk_i      (clk_i),
+    .rst_i      (rst_q2),
+    .up_i       (@{ n.last }@_start[1]),
+    .down_i     (leave_q),
+    .count_o    (unused_@{ n.name }@_count),
+    .some_o     (unused_@{ n.name }@_known),
+    .more_o     (unused_@{ n.name }@_more),
+    .some_next_o(@{ n.name }@_known_next)
   );
 @% endfor %@
   // A frame leaves when all networks have answered.
-  assign may_leave     = known_next@% for n in networks %@ & @{ n.name }@_known_next@% endfor %@;
+  assign may_leave     = @% for n in networks %@@% if !loop.first %@ & @% endif %@@{ n.name }@_known_next@% endfor %@;
   assign take_next_o   = may_start;
   assign frame_next_o  = leave;
   assign saturated_o   = clipped@% for n in networks %@ | @{ n.name }@_saturated@% endfor %@;

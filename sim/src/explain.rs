@@ -41,7 +41,8 @@ pub fn explain(
         }
         return meaning;
     };
-    if let Some(network) = scope.strip_suffix("_answers") {
+    let waiting = ["_answers", "_known"];
+    if let Some(network) = waiting.iter().find_map(|end| scope.strip_suffix(end)) {
         if let Some(plan) = design
             .perceptron()
             .networks

@@ -254,10 +254,10 @@ impl Layer {
     }
 
     /// Copies of the signal that a layer's vector is whole, for those who take it whole: layers
-    /// that replay it, or where `readers` is empty a queue of answers.
+    /// that replay it, or where `readers` is empty a queue of answers and who counts these.
     pub fn gather_starts(readers: &[&Layer]) -> usize {
         if readers.is_empty() {
-            return 1;
+            return 2;
         }
         let replays = readers.iter().filter(|r| r.reads_whole());
         replays.map(|r| r.start_copies()).sum()

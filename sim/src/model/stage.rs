@@ -7,7 +7,7 @@ use hwgen_spec::schedule::Schedule;
 use super::feed::Gather;
 use super::layer::{Beat, LayerModel};
 use super::probe::{Probe, within};
-use super::stream::{Admit, Queue};
+use super::stream::{Admit, Count, Queue};
 
 /// A layer and, where a whole vector is wanted behind it, its gathering.
 #[derive(Clone, Debug)]
@@ -35,8 +35,18 @@ pub(super) struct StageModel {
     admit: Admit,
     frames: Queue,
     nodes: Vec<Node>,
-    /// Name, last node and queue of each network.
-    answers: Vec<(String, usize, Queue)>,
+    answers: Vec<Answers>,
+}
+
+/// What a network has answered.
+#[derive(Clone, Debug)]
+struct Answers {
+    network: String,
+    /// Its last node.
+    last: usize,
+    queue: Queue,
+    /// How many wait.
+    known: Count,
 }
 
 impl StageModel {
@@ -72,8 +82,12 @@ impl StageModel {
             let last = &network.last().quant;
             let mut widths = vec![last.output.width(); last.outputs()];
             widths.push(1);
-            let queue = Queue::new(&widths, schedule.fifo_depth);
-            answers.push((network.name.clone(), before.expect("a layer"), queue));
+            answers.push(Answers {
+                network: network.name.clone(),
+                last: before.expect("a layer"),
+                queue: Queue::new(&widths, schedule.fifo_depth),
+                known: Count::new(schedule.fifo_depth, 0),
+            });
         }
         Self {
             admit: Admit::new(schedule.interval, schedule.credits),
@@ -92,7 +106,7 @@ impl StageModel {
     /// Whether an answer is offered.
     #[inline]
     pub(super) fn valid(&self) -> bool {
-        self.frames.valid() && self.answers.iter().all(|(_, _, queue)| queue.valid())
+        self.answers.iter().all(|answers| answers.known.some())
     }
 
     /// Flags of the answer that is offered: error, saturated.
@@ -102,15 +116,15 @@ impl StageModel {
         let saturated = self
             .answers
             .iter()
-            .any(|(_, _, queue)| queue.head().last() == Some(&1));
+            .any(|answers| answers.queue.head().last() == Some(&1));
         error << 1 | (clipped | i64::from(saturated))
     }
 
     /// Writes the words of the answer that is offered.
     #[inline]
     pub(super) fn answer(&self, words: &mut [i64]) {
-        let codes = self.answers.iter().flat_map(|(_, _, queue)| {
-            let head = queue.head();
+        let codes = self.answers.iter().flat_map(|answers| {
+            let head = answers.queue.head();
             &head[..head.len() - 1]
         });
         for (word, code) in words.iter_mut().zip(codes) {
@@ -122,12 +136,13 @@ impl StageModel {
     #[inline]
     pub(super) fn step(&mut self, reset: bool, entry: Entry<'_>, leaves: bool) {
         let start = entry.valid && self.admit.ready();
-        for (_, last, queue) in &mut self.answers {
-            let gather = self.nodes[*last]
+        for answers in &mut self.answers {
+            let gather = self.nodes[answers.last]
                 .gather
                 .as_ref()
                 .expect("answers are gathered");
-            queue.step(reset, gather.start(), leaves, |slot| {
+            answers.known.step(reset, gather.start(), leaves);
+            answers.queue.step(reset, gather.start(), leaves, |slot| {
                 let (flag, words) = slot.split_last_mut().expect("a flag");
                 words.copy_from_slice(gather.vector());
                 *flag = i64::from(gather.flag());
@@ -174,7 +189,8 @@ impl StageModel {
         }
         probe.bit("start_q", starts);
         probe.bit("leave_q", leaves);
-        for (name, ..) in &self.answers {
+        probe.bit("release_q", leaves);
+        for Answers { network: name, .. } in &self.answers {
             probe.bit(&format!("{name}_leave_q"), leaves);
             probe.bit(&format!("{name}_rst_q2"), reset);
         }
@@ -188,8 +204,14 @@ impl StageModel {
                 });
             }
         }
-        for (name, _, queue) in &self.answers {
-            within(probe, format_args!("u_{name}_answers"), |p| queue.show(p));
+        for answers in &self.answers {
+            let name = &answers.network;
+            within(probe, format_args!("u_{name}_answers"), |p| {
+                answers.queue.show(p)
+            });
+            within(probe, format_args!("u_{name}_known"), |p| {
+                answers.known.show(p)
+            });
         }
     }
 }

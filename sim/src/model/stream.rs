@@ -79,6 +79,55 @@ impl Slice {
     }
 }
 
+/// `hwg_count`.
+#[derive(Clone, Debug)]
+pub(super) struct Count {
+    most: usize,
+    start: usize,
+    count: usize,
+}
+
+impl Count {
+    /// Zero at power-up, `start` behind a reset.
+    pub(super) fn new(most: usize, start: usize) -> Self {
+        Self {
+            most,
+            start,
+            count: 0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn some(&self) -> bool {
+        self.count > 0
+    }
+
+    #[inline]
+    pub(super) fn more(&self) -> bool {
+        self.count > 1
+    }
+
+    #[inline]
+    fn all(&self) -> bool {
+        self.count == self.most
+    }
+
+    #[inline]
+    pub(super) fn step(&mut self, reset: bool, up: bool, down: bool) {
+        self.count = if reset {
+            self.start
+        } else {
+            self.count + usize::from(up) - usize::from(down)
+        };
+    }
+
+    pub(super) fn show<P: Probe>(&self, probe: &mut P) {
+        probe.count("count_q", counter_bits(self.most), self.count);
+        probe.bit("some_q", self.some());
+        probe.bit("more_q", self.more());
+    }
+}
+
 /// `hwg_queue`: a word is a few fields.
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
@@ -88,8 +137,7 @@ pub(super) struct Queue {
     memory: Vec<i64>,
     write: usize,
     read: usize,
-    count: usize,
-    valid: bool,
+    count: Count,
     ready: bool,
     depth: usize,
 }
@@ -103,16 +151,10 @@ impl Queue {
             memory: vec![0; widths.len() * (depth - 1)],
             write: 0,
             read: 0,
-            count: 0,
-            valid: false,
+            count: Count::new(depth, 0),
             ready: false,
             depth,
         }
-    }
-
-    #[inline]
-    pub(super) fn valid(&self) -> bool {
-        self.valid
     }
 
     /// The fields of the head.
@@ -131,10 +173,10 @@ impl Queue {
         mut put: impl FnMut(&mut [i64]),
     ) {
         let fields = self.widths.len();
-        let (push, pop) = (offered && self.ready, self.valid && taken);
-        let more = self.count > 1;
-        let behind = push && self.valid && (more || !taken);
-        let moves_up = taken || !self.valid;
+        let (valid, more) = (self.count.some(), self.count.more());
+        let (push, pop) = (offered && self.ready, valid && taken);
+        let behind = push && valid && (more || !taken);
+        let moves_up = taken || !valid;
         if moves_up && more {
             let next = &self.memory[self.read * fields..][..fields];
             self.head.copy_from_slice(next);
@@ -148,26 +190,20 @@ impl Queue {
             put(&mut self.head);
         }
         let next = |at: usize, moves: bool| (at + usize::from(moves)) % (self.depth - 1);
-        (self.write, self.read, self.count) = if reset {
-            (0, 0, 0)
+        (self.write, self.read) = if reset {
+            (0, 0)
         } else {
-            (
-                next(self.write, behind),
-                next(self.read, pop && more),
-                self.count + usize::from(push) - usize::from(pop),
-            )
+            (next(self.write, behind), next(self.read, pop && more))
         };
-        self.valid = self.count != 0;
-        self.ready = !reset && self.count != self.depth;
+        self.count.step(reset, push, pop);
+        self.ready = !reset && !self.count.all();
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.fields("head_q", &self.widths, &self.head);
         probe.count("write_q", address_bits(self.depth - 1), self.write);
         probe.count("read_q", address_bits(self.depth - 1), self.read);
-        probe.count("count_q", counter_bits(self.depth), self.count);
-        probe.bit("valid_q", self.valid);
-        probe.bit("more_q", self.count > 1);
+        within(probe, format_args!("u_count"), |p| self.count.show(p));
         probe.bit("ready_q", self.ready);
         for (i, word) in self.memory.chunks(self.widths.len()).enumerate() {
             within(probe, format_args!("g_word[{i}]"), |probe| {
@@ -467,9 +503,8 @@ impl Ingress {
 #[derive(Clone, Debug)]
 pub(super) struct Admit {
     interval: usize,
-    credits: usize,
     gap: usize,
-    credit: usize,
+    credits: Count,
     ready: bool,
     /// Whether there was an edge: at power-up every register is zero.
     awake: bool,
@@ -479,9 +514,8 @@ impl Admit {
     pub(super) fn new(interval: usize, credits: usize) -> Self {
         Self {
             interval,
-            credits,
             gap: 0,
-            credit: 0,
+            credits: Count::new(credits, credits),
             ready: false,
             awake: false,
         }
@@ -495,25 +529,21 @@ impl Admit {
     #[inline]
     pub(super) fn step(&mut self, reset: bool, start: bool, release: bool) {
         self.awake = true;
-        if reset {
-            (self.gap, self.credit, self.ready) = (0, self.credits, false);
-            return;
-        }
-        self.gap = if start {
+        self.credits.step(reset, release, start);
+        self.gap = if reset {
+            0
+        } else if start {
             self.interval - 1
         } else {
             self.gap.saturating_sub(1)
         };
-        self.credit = self.credit + usize::from(release) - usize::from(start);
-        self.ready = self.gap == 0 && self.credit != 0;
+        self.ready = !reset && self.gap == 0 && self.credits.some();
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
         probe.count("gap_q", counter_bits(self.interval), self.gap);
-        probe.count("credit_q", counter_bits(self.credits), self.credit);
         probe.bit("ends_q", self.awake && self.gap <= 1);
-        probe.bit("some_q", self.credit > 0);
-        probe.bit("more_q", self.credit > 1);
+        within(probe, format_args!("u_credits"), |p| self.credits.show(p));
     }
 }
 

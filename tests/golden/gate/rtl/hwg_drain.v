@@ -43,7 +43,7 @@ module hwg_drain #(
     if (load_i[0]) flag_q <= flag_i;
     for (i = 0; i < WORDS; i = i + 1) begin
       if (load_i[i*LOADS/WORDS])  word_q[i*WIDTH +: WIDTH] <= words_i[i*WIDTH +: WIDTH];
-      else if (i < WORDS - LANES) word_q[i*WIDTH +: WIDTH] <= word_q[(i+LANES)*WIDTH +: WIDTH];
+      else if (i < WORDS - LANES) word_q[i*WIDTH +: WIDTH] <= word_q[(i+LANES)%WORDS*WIDTH +: WIDTH];
     end
   end
 

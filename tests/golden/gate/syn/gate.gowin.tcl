@@ -17,6 +17,7 @@ add_file -type verilog $root/rtl/gate_tanh11.v
 add_file -type verilog $root/rtl/hwg_accumulator.v
 add_file -type verilog $root/rtl/hwg_admit.v
 add_file -type verilog $root/rtl/hwg_beats.v
+add_file -type verilog $root/rtl/hwg_count.v
 add_file -type verilog $root/rtl/hwg_delay.v
 add_file -type verilog $root/rtl/hwg_drain.v
 add_file -type verilog $root/rtl/hwg_egress.v

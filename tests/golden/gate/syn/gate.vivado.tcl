@@ -18,6 +18,7 @@ foreach file {
   rtl/hwg_accumulator.v
   rtl/hwg_admit.v
   rtl/hwg_beats.v
+  rtl/hwg_count.v
   rtl/hwg_delay.v
   rtl/hwg_drain.v
   rtl/hwg_egress.v

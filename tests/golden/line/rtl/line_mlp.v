@@ -42,6 +42,10 @@ module line_mlp (
     leave_q <= leave;
   end
 
+  // A copy of leave_q for the credits, which stand with the ingress: `keep` keeps it.
+  (* keep, dont_merge, syn_preserve = 1 *) reg release_q = 1'b0;
+  (* keep *) always @(posedge clk_i) release_q <= leave;
+
   hwg_admit #(
     .INTERVAL(1),
     .CREDITS (14)
@@ -50,27 +54,25 @@ module line_mlp (
     .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
-    .release_i   (leave_q)
+    .release_i   (release_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known_next;
-  wire unused_frames_known;
+  wire unused_frames_valid;
   wire unused_frames_ready;  // credits keep the queues from being full
   hwg_queue #(
     .WIDTH(2),
     .DEPTH(14)
   ) u_frames (
-    .clk_i       (clk_i),
-    .rst_i       (rst_q2),
-    .valid_i     (start_q),
-    .ready_o     (unused_frames_ready),
-    .data_i      ({error_i, clipped_i}),
-    .valid_o     (unused_frames_known),
-    .valid_next_o(known_next),
-    .ready_i     (leave_q),
-    .data_o      ({error_o, clipped})
+    .clk_i   (clk_i),
+    .rst_i   (rst_q2),
+    .valid_i (start_q),
+    .ready_o (unused_frames_ready),
+    .data_i  ({error_i, clipped_i}),
+    .valid_o (unused_frames_valid),
+    .ready_i (leave_q),
+    .data_o  ({error_o, clipped})
   );
 
   // Layer net_l0: 1 to 1 linear, 1 x 1 multiplier for 1 clocks.
@@ -91,14 +93,14 @@ module line_mlp (
     .flag_o  (net_l0_flag),
     .words_o (net_l0_words)
   );
-  wire net_l0_start;
+  wire [1:0] net_l0_start;
   wire net_l0_clipped;
   wire [23:0] net_l0_vector;
   hwg_gather #(
     .WORDS (1),
     .LANES (1),
     .WIDTH (24),
-    .STARTS(1)
+    .STARTS(2)
   ) u_net_l0_gather (
     .clk_i   (clk_i),
     .rst_i   (net_l0_rst_q2),
@@ -112,8 +114,7 @@ module line_mlp (
   );
 
   // Answers of network net: 1 words, Q2.21 in V.
-  wire net_known_next;
-  wire unused_net_known;
+  wire unused_net_valid;
   wire unused_net_ready;
   wire net_saturated;
   wire [23:0] net_answer;
@@ -126,19 +127,36 @@ module line_mlp (
     .WIDTH(25),
     .DEPTH(14)
   ) u_net_answers (
-    .clk_i       (clk_i),
-    .rst_i       (net_rst_q2),
-    .valid_i     (net_l0_start),
-    .ready_o     (unused_net_ready),
-    .data_i      ({net_l0_clipped, net_l0_vector}),
-    .valid_o     (unused_net_known),
-    .valid_next_o(net_known_next),
-    .ready_i     (net_leave_q),
-    .data_o      ({net_saturated, net_answer})
+    .clk_i   (clk_i),
+    .rst_i   (net_rst_q2),
+    .valid_i (net_l0_start[0]),
+    .ready_o (unused_net_ready),
+    .data_i  ({net_l0_clipped, net_l0_vector}),
+    .valid_o (unused_net_valid),
+    .ready_i (net_leave_q),
+    .data_o  ({net_saturated, net_answer})
+  );
+
+  // How many they are is counted beside the decision, which so need not ask the queue.
+  wire [3:0] unused_net_count;
+  wire unused_net_known;
+  wire unused_net_more;
+  wire net_known_next;
+  hwg_count #(
+    .MOST(14)
+  ) u_net_known (
+    .clk_i      (clk_i),
+    .rst_i      (rst_q2),
+    .up_i       (net_l0_start[1]),
+    .down_i     (leave_q),
+    .count_o    (unused_net_count),
+    .some_o     (unused_net_known),
+    .more_o     (unused_net_more),
+    .some_next_o(net_known_next)
   );
 
   // A frame leaves when all networks have answered.
-  assign may_leave     = known_next & net_known_next;
+  assign may_leave     = net_known_next;
   assign take_next_o   = may_start;
   assign frame_next_o  = leave;
   assign saturated_o   = clipped | net_saturated;

@@ -3,6 +3,7 @@
 set root [file normalize [file join [file dirname [info script]] ..]]
 set_device GW2A-LV18PG256C8/I7
 add_file -type verilog $root/rtl/hwg_admit.v
+add_file -type verilog $root/rtl/hwg_count.v
 add_file -type verilog $root/rtl/hwg_delay.v
 add_file -type verilog $root/rtl/hwg_egress.v
 add_file -type verilog $root/rtl/hwg_gather.v

@@ -7,6 +7,7 @@ project_new line -overwrite -part $device
 set_global_assignment -name TOP_LEVEL_ENTITY line
 foreach file {
   rtl/hwg_admit.v
+  rtl/hwg_count.v
   rtl/hwg_delay.v
   rtl/hwg_egress.v
   rtl/hwg_gather.v

@@ -4,6 +4,7 @@ set root [file normalize [file join [file dirname [info script]] ..]]
 prj_create -name line -impl impl_1 -dev LIFCL-40-7BG400I -performance 7_High-Performance_1.0V -synthesis synplify
 foreach file {
   rtl/hwg_admit.v
+  rtl/hwg_count.v
   rtl/hwg_delay.v
   rtl/hwg_egress.v
   rtl/hwg_gather.v

@@ -4,6 +4,7 @@ set root [file normalize [file join [file dirname [info script]] ..]]
 set part [expr {$argc > 0 ? [lindex $argv 0] : "xc7a35tcpg236-1"}]
 foreach file {
   rtl/hwg_admit.v
+  rtl/hwg_count.v
   rtl/hwg_delay.v
   rtl/hwg_egress.v
   rtl/hwg_gather.v

@@ -23,39 +23,39 @@ module hwg_admit #(
   localparam integer GAP_WIDTH    = $clog2(INTERVAL + 1);
   localparam integer CREDIT_WIDTH = $clog2(CREDITS + 1);
 
-  reg [GAP_WIDTH-1:0]    gap_q    = {GAP_WIDTH{1'b0}};            // clocks still to wait
-  reg [CREDIT_WIDTH-1:0] credit_q = {CREDIT_WIDTH{1'b0}};
-
-  // What the next decision asks of them, a clock ahead.
-  reg ends_q = 1'b0;  // the gap is over after this edge, unless a frame starts
-  reg some_q = 1'b0;  // a credit is left
-  reg more_q = 1'b0;  // more than one
-
-  wire some_d = release_i | (start_i ? more_q : some_q);
+  reg [GAP_WIDTH-1:0] gap_q  = {GAP_WIDTH{1'b0}};  // clocks still to wait
+  reg                 ends_q = 1'b0;               // the gap is over after this edge, unless a frame starts
 
   always @(posedge clk_i) begin
     if (rst_i) begin
-      gap_q    <= {GAP_WIDTH{1'b0}};
-      credit_q <= CREDITS[CREDIT_WIDTH-1:0];
-      ends_q   <= 1'b1;
-      some_q   <= 1'b1;
-      more_q   <= CREDITS > 1;
+      gap_q  <= {GAP_WIDTH{1'b0}};
+      ends_q <= 1'b1;
     end else begin
       if (start_i)                         gap_q <= GAP[GAP_WIDTH-1:0];
       else if (gap_q != {GAP_WIDTH{1'b0}}) gap_q <= gap_q - 1'b1;
       ends_q <= start_i ? GAP <= 1 : {{(32-GAP_WIDTH){1'b0}}, gap_q} <= 2;
-      some_q <= some_d;
-      if (start_i & ~release_i) begin
-        credit_q <= credit_q - 1'b1;
-        more_q   <= {{(32-CREDIT_WIDTH){1'b0}}, credit_q} > 2;
-      end else if (release_i & ~start_i) begin
-        credit_q <= credit_q + 1'b1;
-        more_q   <= some_q;
-      end
     end
   end
 
-  assign ready_next_o = ~rst_i & (start_i ? GAP == 0 : ends_q) & some_d;
+  wire [CREDIT_WIDTH-1:0] unused_count;
+  wire                    unused_some;
+  wire                    unused_more;
+  wire                    some_next;
+  hwg_count #(
+    .MOST (CREDITS),
+    .START(CREDITS)
+  ) u_credits (
+    .clk_i      (clk_i),
+    .rst_i      (rst_i),
+    .up_i       (release_i),
+    .down_i     (start_i),
+    .count_o    (unused_count),
+    .some_o     (unused_some),
+    .more_o     (unused_more),
+    .some_next_o(some_next)
+  );
+
+  assign ready_next_o = (start_i ? GAP == 0 : ends_q) & some_next;
 endmodule
 
 `default_nettype wire

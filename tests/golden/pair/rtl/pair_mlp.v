@@ -43,6 +43,10 @@ module pair_mlp (
     leave_q <= leave;
   end
 
+  // A copy of leave_q for the credits, which stand with the ingress: `keep` keeps it.
+  (* keep, dont_merge, syn_preserve = 1 *) reg release_q = 1'b0;
+  (* keep *) always @(posedge clk_i) release_q <= leave;
+
   hwg_admit #(
     .INTERVAL(14),
     .CREDITS (8)
@@ -51,27 +55,25 @@ module pair_mlp (
     .rst_i       (rst_q2),
     .ready_next_o(may_start),
     .start_i     (start_q),
-    .release_i   (leave_q)
+    .release_i   (release_q)
   );
 
   // What is known of a frame at its start waits for its words.
   wire clipped;
-  wire known_next;
-  wire unused_frames_known;
+  wire unused_frames_valid;
   wire unused_frames_ready;  // credits keep the queues from being full
   hwg_queue #(
     .WIDTH(2),
     .DEPTH(8)
   ) u_frames (
-    .clk_i       (clk_i),
-    .rst_i       (rst_q2),
-    .valid_i     (start_q),
-    .ready_o     (unused_frames_ready),
-    .data_i      ({error_i, clipped_i}),
-    .valid_o     (unused_frames_known),
-    .valid_next_o(known_next),
-    .ready_i     (leave_q),
-    .data_o      ({error_o, clipped})
+    .clk_i   (clk_i),
+    .rst_i   (rst_q2),
+    .valid_i (start_q),
+    .ready_o (unused_frames_ready),
+    .data_i  ({error_i, clipped_i}),
+    .valid_o (unused_frames_valid),
+    .ready_i (leave_q),
+    .data_o  ({error_o, clipped})
   );
 
   // Layer shared_l0: 5 to 7 relu, 1 x 3 multipliers for 14 clocks.
@@ -187,14 +189,14 @@ module pair_mlp (
     .flag_o  (turn_out_flag),
     .words_o (turn_out_words)
   );
-  wire turn_out_start;
+  wire [1:0] turn_out_start;
   wire turn_out_clipped;
   wire [59:0] turn_out_vector;
   hwg_gather #(
     .WORDS (3),
     .LANES (1),
     .WIDTH (20),
-    .STARTS(1)
+    .STARTS(2)
   ) u_turn_out_gather (
     .clk_i   (clk_i),
     .rst_i   (turn_out_rst_q2),
@@ -244,14 +246,14 @@ module pair_mlp (
     .flag_o  (size_l1_flag),
     .words_o (size_l1_words)
   );
-  wire size_l1_start;
+  wire [1:0] size_l1_start;
   wire size_l1_clipped;
   wire [19:0] size_l1_vector;
   hwg_gather #(
     .WORDS (1),
     .LANES (1),
     .WIDTH (20),
-    .STARTS(1)
+    .STARTS(2)
   ) u_size_l1_gather (
     .clk_i   (clk_i),
     .rst_i   (size_l1_rst_q2),
@@ -265,8 +267,7 @@ module pair_mlp (
   );
 
   // Answers of network turn: 3 words, Q1.18 in rad.
-  wire turn_known_next;
-  wire unused_turn_known;
+  wire unused_turn_valid;
   wire unused_turn_ready;
   wire turn_saturated;
   wire [59:0] turn_answer;
@@ -279,20 +280,36 @@ module pair_mlp (
     .WIDTH(61),
     .DEPTH(8)
   ) u_turn_answers (
-    .clk_i       (clk_i),
-    .rst_i       (turn_rst_q2),
-    .valid_i     (turn_out_start),
-    .ready_o     (unused_turn_ready),
-    .data_i      ({turn_out_clipped, turn_out_vector}),
-    .valid_o     (unused_turn_known),
-    .valid_next_o(turn_known_next),
-    .ready_i     (turn_leave_q),
-    .data_o      ({turn_saturated, turn_answer})
+    .clk_i   (clk_i),
+    .rst_i   (turn_rst_q2),
+    .valid_i (turn_out_start[0]),
+    .ready_o (unused_turn_ready),
+    .data_i  ({turn_out_clipped, turn_out_vector}),
+    .valid_o (unused_turn_valid),
+    .ready_i (turn_leave_q),
+    .data_o  ({turn_saturated, turn_answer})
+  );
+
+  // How many they are is counted beside the decision, which so need not ask the queue.
+  wire [3:0] unused_turn_count;
+  wire unused_turn_known;
+  wire unused_turn_more;
+  wire turn_known_next;
+  hwg_count #(
+    .MOST(8)
+  ) u_turn_known (
+    .clk_i      (clk_i),
+    .rst_i      (rst_q2),
+    .up_i       (turn_out_start[1]),
+    .down_i     (leave_q),
+    .count_o    (unused_turn_count),
+    .some_o     (unused_turn_known),
+    .more_o     (unused_turn_more),
+    .some_next_o(turn_known_next)
   );
 
   // Answers of network size: 1 words, Q6.13 in m.
-  wire size_known_next;
-  wire unused_size_known;
+  wire unused_size_valid;
   wire unused_size_ready;
   wire size_saturated;
   wire [19:0] size_answer;
@@ -305,19 +322,36 @@ module pair_mlp (
     .WIDTH(21),
     .DEPTH(8)
   ) u_size_answers (
-    .clk_i       (clk_i),
-    .rst_i       (size_rst_q2),
-    .valid_i     (size_l1_start),
-    .ready_o     (unused_size_ready),
-    .data_i      ({size_l1_clipped, size_l1_vector}),
-    .valid_o     (unused_size_known),
-    .valid_next_o(size_known_next),
-    .ready_i     (size_leave_q),
-    .data_o      ({size_saturated, size_answer})
+    .clk_i   (clk_i),
+    .rst_i   (size_rst_q2),
+    .valid_i (size_l1_start[0]),
+    .ready_o (unused_size_ready),
+    .data_i  ({size_l1_clipped, size_l1_vector}),
+    .valid_o (unused_size_valid),
+    .ready_i (size_leave_q),
+    .data_o  ({size_saturated, size_answer})
+  );
+
+  // How many they are is counted beside the decision, which so need not ask the queue.
+  wire [3:0] unused_size_count;
+  wire unused_size_known;
+  wire unused_size_more;
+  wire size_known_next;
+  hwg_count #(
+    .MOST(8)
+  ) u_size_known (
+    .clk_i      (clk_i),
+    .rst_i      (rst_q2),
+    .up_i       (size_l1_start[1]),
+    .down_i     (leave_q),
+    .count_o    (unused_size_count),
+    .some_o     (unused_size_known),
+    .more_o     (unused_size_more),
+    .some_next_o(size_known_next)
   );
 
   // A frame leaves when all networks have answered.
-  assign may_leave     = known_next & turn_known_next & size_known_next;
+  assign may_leave     = turn_known_next & size_known_next;
   assign take_next_o   = may_start;
   assign frame_next_o  = leave;
   assign saturated_o   = clipped | turn_saturated | size_saturated;

@@ -5,6 +5,7 @@ set_device GW2A-LV18PG256C8/I7
 add_file -type verilog $root/rtl/hwg_accumulator.v
 add_file -type verilog $root/rtl/hwg_admit.v
 add_file -type verilog $root/rtl/hwg_beats.v
+add_file -type verilog $root/rtl/hwg_count.v
 add_file -type verilog $root/rtl/hwg_delay.v
 add_file -type verilog $root/rtl/hwg_drain.v
 add_file -type verilog $root/rtl/hwg_egress.v
