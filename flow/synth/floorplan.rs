@@ -15,7 +15,7 @@ use serde_json::Value;
 use super::{SynthError, io};
 
 /// A name of what stands below: placements of another rule are other placements.
-pub const RULE: &str = "multipliers in the order of the data, out and back, 2";
+pub const RULE: &str = "multipliers in the order of the data, out and back, 4";
 
 /// Names a site for each multiplier of a netlist, in its file.
 ///
@@ -132,15 +132,29 @@ fn columns<'a>(rows: &[&'a [String]], count: usize) -> Vec<Site<'a>> {
     all
 }
 
-/// The sites of a strip in the order of its data: out along the lower half of the rows and back along
-/// the others, so that it ends, too, where it began.
+/// Columns that are filled row by row before the next ones: about those of a processing element, whose
+/// products are summed.
+const BLOCK: usize = 8;
+
+/// The sites of a strip in the order of its data: out along the lower half of the rows and back along the
+/// others, so that it ends, too, where it began.
 fn out_and_back<'a>(sites: impl Iterator<Item = Site<'a>>, leftwards: bool) -> Vec<&'a str> {
     let mut sites: Vec<Site> = sites.collect();
+    let first = sites.iter().map(|&(x, ..)| x).min().unwrap_or(0);
+    let last = sites.iter().map(|&(x, ..)| x).max().unwrap_or(0);
     let rows = 1 + sites.iter().map(|&(_, y, _)| y).max().unwrap_or(0);
+    let out = rows.div_ceil(2);
     sites.sort_by_key(|&(x, y, _)| {
-        let x = x as isize;
-        let out = y < (rows / 2).max(1);
-        (!out, if leftwards == out { -x } else { x }, y)
+        let back = y >= out;
+        let along = if leftwards == back {
+            x - first
+        } else {
+            last - x
+        };
+        let row = if back { y - out } else { y };
+        // In a block there and back.
+        let place = if row % 2 == 1 { last - along } else { along };
+        (back, along / BLOCK, row, place)
     });
     sites.into_iter().map(|(_, _, site)| site).collect()
 }
@@ -175,16 +189,28 @@ mod tests {
 
     #[test]
     fn a_strip_ends_where_it_began() {
-        let rows = rows(&[2, 2, 2]);
+        let rows = rows(&[10, 10, 10]);
         let rows: Vec<&[String]> = rows.iter().map(Vec::as_slice).collect();
-        let sites = |leftwards| out_and_back(columns(&rows, 6).into_iter(), leftwards);
-        assert_eq!(sites(false), ["0/0", "1/0", "1/1", "1/2", "0/1", "0/2"]);
-        assert_eq!(sites(true), ["1/0", "0/0", "0/1", "0/2", "1/1", "1/2"]);
-        let row = &rows[..1];
-        assert_eq!(
-            out_and_back(columns(row, 2).into_iter(), true),
-            ["1/0", "0/0"]
+        let sites = out_and_back(columns(&rows, 30).into_iter(), false);
+        let row = |y: usize, xs: std::ops::Range<usize>| xs.map(move |x| format!("{x}/{y}"));
+        let out = row(0, 0..8).chain(row(1, 0..8).rev());
+        let out = out.chain(row(0, 8..10)).chain(row(1, 8..10).rev());
+        let back = row(2, 0..10).rev();
+        assert!(sites.iter().copied().eq(out.chain(back)), "{sites:?}");
+
+        // The other way round it is its mirror image.
+        let mirrored = out_and_back(columns(&rows, 30).into_iter(), true);
+        let mirror = |site: &&str| {
+            let (x, y) = site.split_once('/').unwrap();
+            format!("{}/{y}", 9 - x.parse::<usize>().unwrap())
+        };
+        assert!(
+            mirrored.iter().map(mirror).eq(sites.iter().copied()),
+            "{mirrored:?}"
         );
+        let row = &rows[..1];
+        let leftwards = out_and_back(columns(row, 2).into_iter(), true);
+        assert_eq!(leftwards, ["5/0", "4/0"]);
     }
 
     #[test]
