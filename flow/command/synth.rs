@@ -339,7 +339,11 @@ fn smaller(source: &Source, device: &Device) -> String {
         Ok(design) if design.interval_cycles() > source.design.interval_cycles() => format!(
             "emit it with --device {}: {} multipliers and a frame every {} clocks",
             device.name,
-            design.multipliers() + design.activation_multipliers(),
+            design
+                .perceptron()
+                .layers()
+                .map(|l| l.all_blocks(device))
+                .sum::<usize>(),
             design.interval_cycles()
         ),
         _ => "emit it with a longer --interval or fewer bits, or take a larger device".into(),
