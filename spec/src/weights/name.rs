@@ -10,8 +10,15 @@ const MAX_CHARS: usize = 63;
 /// Prefix of the static cells, so that no design's modules can meet them.
 const CELL_PREFIX: &str = "hwg";
 
-/// Words that the generated modules of a design use beside its networks.
-const RESERVED_NETWORKS: &[&str] = &["shared"];
+/// What shared layers are called, as if they were a network.
+const SHARED: &str = "shared";
+
+/// Words that the generated modules of a design use beside its networks, and what for.
+const RESERVED_NETWORKS: &[(&str, &str)] = &[
+    (SHARED, "the module of the shared layers has it"),
+    ("shared_in", "the layer that scales the inputs has it"),
+    ("frames", "the queue of what is known of a frame has it"),
+];
 
 /// Name of the design, the prefix of all its modules.
 pub(super) fn design(node: Node<'_>) -> Result<String, Fault> {
@@ -44,8 +51,8 @@ pub(super) fn network<'a>(
     before: &mut Vec<(String, Node<'a>)>,
 ) -> Result<String, Fault> {
     let lower = text(node)?.to_ascii_lowercase();
-    if RESERVED_NETWORKS.contains(&&*lower) {
-        return Err(reserved(node, "the module of the shared layers has it"));
+    if let Some((_, reason)) = RESERVED_NETWORKS.iter().find(|(word, _)| *word == lower) {
+        return Err(reserved(node, reason));
     }
     let name = identifier(node)?;
     if let Some((_, first)) = before.iter().find(|(n, _)| n.eq_ignore_ascii_case(&name)) {
@@ -53,8 +60,29 @@ pub(super) fn network<'a>(
             "network names become module and file names: they must differ in more than case",
         ));
     }
+    if is_layer(&name, SHARED) {
+        return Err(reserved(node, "a shared layer has it"));
+    }
+    let layer = |(n, _): &&(String, Node<'_>)| is_layer(&name, n) || is_layer(n, &name);
+    if let Some((other, first)) = before.iter().find(layer) {
+        let reason = format!(
+            "that and \"{other}\" of {} would be network and layer",
+            first.path()
+        );
+        return Err(reserved(node, &reason));
+    }
     before.push((name.clone(), node));
     Ok(name)
+}
+
+/// Whether a name is that of a layer of a network.
+fn is_layer(name: &str, network: &str) -> bool {
+    let (name, network) = (name.to_ascii_lowercase(), network.to_ascii_lowercase());
+    let rest = name.strip_prefix(&network);
+    let number = rest.and_then(|rest| rest.strip_prefix("_l"));
+    number.is_some_and(|number| {
+        !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+    })
 }
 
 /// Names of inputs or outputs, `<default>0`, `<default>1`, ... where the file gives none.
