@@ -126,7 +126,7 @@ fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str
         let (distance, slope) = layer.activation_operands();
         for (a, b, activation) in [(x, w, false), (distance, slope, true)] {
             let in_logic = activation && layer.activation_in_logic;
-            if in_logic || a.max(b) > device.multiplier_bits.unwrap_or(0) {
+            if in_logic || !device.holds(a, b) {
                 wide.insert((quant.name.as_str(), activation));
             }
         }
@@ -134,17 +134,21 @@ fn wide_multipliers<'a>(design: &'a Design, device: &Device) -> HashSet<(&'a str
     wide
 }
 
-/// A multiplier of so many bits: one block, or where these are too few as many as the operands'
-/// parts meet, and the sums of their products.
+/// Tables for each two bits that meet in a multiplier which synthesis makes of logic.
+const LUTS_OF_PRODUCT: u64 = 3;
+
+/// A multiplier of so many bits: blocks and tables beside them, or nothing but tables.
 fn multiplier(device: &Device, a: u32, b: u32) -> Sites {
     if !device.has_multipliers() {
         return own_multiplier(a, b);
     }
-    let multipliers = device.blocks(a, b) as u64;
-    Sites {
-        lut4: (multipliers - 1) * u64::from(a + b),
-        multipliers,
-        ..Sites::default()
+    match device.product(a, b) {
+        Some(product) => Sites {
+            lut4: product.lut4,
+            multipliers: u64::from(product.multipliers),
+            ..Sites::default()
+        },
+        None => luts(LUTS_OF_PRODUCT * u64::from(a * b)),
     }
 }
 

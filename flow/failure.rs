@@ -296,9 +296,13 @@ impl From<SynthError> for Failure {
         match error {
             SynthError::Tool(error) => error.into(),
             SynthError::Io { path, source } => Self::io(&path, &source),
-            SynthError::NoRoom { .. } | SynthError::NoRoutes { .. } => {
+            SynthError::NoRoom { .. } => {
                 Self::new(Exit::Difference, "does-not-fit", error.to_string())
                     .help("emit it with a longer --interval or fewer bits, or take a larger device")
+            }
+            SynthError::NoRoutes { .. } => {
+                Self::new(Exit::Difference, "no-routes", error.to_string())
+                    .help("another seed may have routes; a longer --interval takes fewer of them")
             }
             SynthError::Strange { .. } => {
                 Self::new(Exit::Tool, "tool-no-verdict", error.to_string())

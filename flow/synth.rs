@@ -90,7 +90,7 @@ pub struct Synthesis {
 pub struct ToolVersion {
     /// Its name.
     pub name: String,
-    /// Its version.
+    /// Its version; empty if it prints none.
     pub version: String,
 }
 
@@ -221,7 +221,8 @@ impl Plan<'_> {
         let (parts, uncounted) = netlist::parts(&netlist_path, &self.device.synthesis)?;
         let tools = [&yosys]
             .into_iter()
-            .chain(placer.as_ref().map(|p| &p.nextpnr));
+            .chain(placer.as_ref().map(|p| &p.nextpnr))
+            .chain(placer.as_ref().and_then(|p| Some(&p.packer.as_ref()?.tool)));
         let mut synthesis = Synthesis {
             tools: tools
                 .map(|tool| ToolVersion {

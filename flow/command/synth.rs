@@ -158,10 +158,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let speed = Speed::of(&synthesis, &source.design);
     let failed = synthesis.failed.take().map(|(seed, error)| {
         let mut failure = Failure::from(error);
-        failure.message = format!("seed {seed}: {}; the others are told", failure.message);
-        // Others found room.
+        let others = if args.seeds == 1 {
+            ""
+        } else {
+            "; the others are told"
+        };
+        failure.message = format!("seed {seed}: {}{others}", failure.message);
         if failure.code == "does-not-fit" {
             failure.code = "no-placement";
+            failure = failure.help("others found room: a longer --interval gives every seed some");
         }
         failure
     });
@@ -172,6 +177,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let mut remarks = Vec::new();
     if let (Some(_), Some(verdict)) = (&failed, &verdict) {
         remarks.push(verdict.message.clone());
+        json.insert("missed".into(), json!(verdict.message));
     }
     if !synthesis.uncounted.is_empty() {
         let kinds = synthesis.uncounted.iter();

@@ -132,12 +132,12 @@ fn columns<'a>(rows: &[&'a [String]], count: usize) -> Vec<Site<'a>> {
     all
 }
 
-/// Columns that are filled row by row before the next ones: about those of a processing element, whose
-/// products are summed.
+/// Columns that are filled row by row before the next ones: on two rows sixteen multipliers, about those of a
+/// processing element, whose products are summed.
 const BLOCK: usize = 8;
 
 /// The sites of a strip in the order of its data: out along the lower half of the rows and back along the
-/// others, so that it ends, too, where it began.
+/// others, so that it ends, too, where it began; on one row it only goes out.
 fn out_and_back<'a>(sites: impl Iterator<Item = Site<'a>>, leftwards: bool) -> Vec<&'a str> {
     let mut sites: Vec<Site> = sites.collect();
     let first = sites.iter().map(|&(x, ..)| x).min().unwrap_or(0);

@@ -13,7 +13,7 @@ use super::{SynthError, io};
 /// The program that makes them for a family.
 #[derive(Debug)]
 pub(super) struct Packer {
-    tool: FoundTool,
+    pub tool: FoundTool,
     arguments: &'static [&'static str],
     /// nextpnr's option for what a bitstream is made of.
     pub option: &'static str,

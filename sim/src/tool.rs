@@ -1,6 +1,7 @@
 //! External tools: which there are, where they are found, and how they are run.
 //!
-//! A tool counts as found only after it has been run and has printed a version that is new enough.
+//! A tool counts as found only after it has been run and has printed a version that is new enough, or how it
+//! is used if it prints no version.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -357,9 +358,13 @@ impl Toolbox {
         let tells_none = tool.minimum.is_empty();
         let output = match outcome {
             Ok(run) => run.output,
-            // Told how to use it, it may call that a failure.
-            Err(ToolError::Failed { log, .. }) if tells_none => {
-                std::fs::read_to_string(&log).map_err(|e| e.to_string())?
+            // Asked how it is used, it may end as if it had failed.
+            Err(ToolError::Failed { log, status, .. }) if tells_none => {
+                let output = std::fs::read_to_string(&log).map_err(|e| e.to_string())?;
+                if !output.contains(tool.version_marker) {
+                    return Err(format!("failed with {status}"));
+                }
+                output
             }
             Err(ToolError::TimedOut { seconds, .. }) => {
                 return Err(format!("printed no version in {seconds} s"));
@@ -368,12 +373,12 @@ impl Toolbox {
             Err(ToolError::Io { source, .. }) => return Err(source.to_string()),
             Err(other) => return Err(other.to_string()),
         };
-        let version = if tells_none {
+        if tells_none {
             let itself = output.contains(tool.version_marker);
-            itself.then(Version::default)
-        } else {
-            version_in(&output, tool.version_marker)
-        };
+            let found = itself.then(Version::default);
+            return found.ok_or_else(|| "ran, but did not say how it is used".to_owned());
+        }
+        let version = version_in(&output, tool.version_marker);
         version.ok_or_else(|| "ran, but printed no version".to_owned())
     }
 }

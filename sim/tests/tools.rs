@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use hwgen_sim::doctor::{Health, examine, status};
 use hwgen_sim::error::ToolError;
 use hwgen_sim::simulator::{ReplayPlan, Simulator};
-use hwgen_sim::tool::{ICARUS, Invocation, TOOLS, Toolbox, VERILATOR, run};
+use hwgen_sim::tool::{ICARUS, ICEPACK, Invocation, TOOLS, Toolbox, VERILATOR, run};
 
 mod support;
 
@@ -85,6 +85,26 @@ fn a_tool_that_prints_no_version_is_refused() {
         assert!(matches!(error, ToolError::Missing { .. }), "{error}");
         assert!(error.to_string().contains(reason), "{error}");
         assert_eq!(status(&tools, &ICARUS).health, Health::Broken);
+    }
+}
+
+#[test]
+fn a_tool_without_a_version_is_known_by_how_it_is_used() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (script, refused) in [
+        ("echo Usage: icepack [options]; exit 1", None),
+        ("echo Usage: icepack [options]", None),
+        ("exit 127", Some("failed with exit status: 127")),
+        ("echo other", Some("ran, but did not say how it is used")),
+        ("sleep 60", Some("printed no version in 1 s")),
+    ] {
+        fake(directory.path(), "icepack", script);
+        let tools = toolbox(directory.path());
+        match (tools.find(&ICEPACK), refused) {
+            (Ok(found), None) => assert_eq!(found.version.to_string(), ""),
+            (Err(error), Some(reason)) => assert!(error.to_string().contains(reason), "{error}"),
+            (found, _) => panic!("{script}: {found:?}"),
+        }
     }
 }
 

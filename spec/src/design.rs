@@ -43,8 +43,8 @@ pub enum DesignError {
     UnknownDevice(#[from] UnknownDevice),
     /// The device has too few multipliers for the design, or none that are known.
     #[error(
-        "device: at least {least} multipliers expected, one a layer and activation, {found} found \
-         in {device}"
+        "device: at least {least} multipliers expected, those of one product a layer and activation, \
+         {found} found in {device}"
     )]
     TooSmall {
         /// Its name.

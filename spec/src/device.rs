@@ -41,6 +41,9 @@ pub struct Device {
     pub logic_multipliers: u32,
     /// Bits of either operand of a multiplier, sign included.
     pub multiplier_bits: Option<u32>,
+    /// What synthesis makes of a multiplier, by the bits of its operands: the first that has room for both is
+    /// taken.
+    pub products: Vec<Product>,
     /// Registers of a multiplier that synthesis uses, of the three that follow each other: operands, product,
     /// output.
     pub multiplier_registers: u32,
@@ -97,17 +100,40 @@ impl Device {
         self.multipliers.is_some_and(|multipliers| multipliers > 0)
     }
 
-    /// Blocks of a multiplier of operands of so many bits: as many as parts of the one meet parts of the other;
-    /// one where multipliers are made of logic.
+    /// What synthesis makes of a multiplier of operands of so many bits; none if nothing but tables, whose
+    /// number is not listed.
+    pub fn product(&self, a: u32, b: u32) -> Option<&Product> {
+        let fits = |product: &&Product| a.min(b) <= product.bits[0] && a.max(b) <= product.bits[1];
+        let products = self.products.iter().filter(|_| self.has_multipliers());
+        products.into_iter().find(fits)
+    }
+
+    /// Whether a block takes operands of so many bits with its own registers.
+    pub fn holds(&self, a: u32, b: u32) -> bool {
+        let whole = self.products.iter().find(|product| product.lut4 == 0);
+        let product = self.product(a, b);
+        product.is_some() && product == whole
+    }
+
+    /// Multipliers that one of operands of so many bits counts as: the blocks that it takes, and one if it is
+    /// made of logic.
     ///
     /// ```
-    /// let device = hwgen_spec::device::find("ecp5-85k").unwrap();
-    /// assert_eq!([(18, 18), (18, 24), (24, 24)].map(|(a, b)| device.blocks(a, b)), [1, 2, 4]);
+    /// let blocks = |device, bits: [(u32, u32); 4]| {
+    ///     let device = hwgen_spec::device::find(device).unwrap();
+    ///     bits.map(|(a, b)| device.blocks(a, b))
+    /// };
+    /// let bits = [(18, 18), (19, 18), (18, 24), (24, 24)];
+    /// assert_eq!(blocks("ecp5-85k", bits), [1, 1, 2, 4]);
+    /// // A block takes 25 by 18 bits.
+    /// assert_eq!(blocks("xc7a35t", bits), [1, 1, 1, 2]);
+    /// assert_eq!(blocks("ice40-up5k", bits), [1; 4]);
     /// ```
     pub fn blocks(&self, a: u32, b: u32) -> usize {
-        let most = self.multiplier_bits.filter(|_| self.has_multipliers());
-        let parts = |bits: u32| most.map_or(1, |most| bits.div_ceil(most));
-        crate::design::to_usize(parts(a) * parts(b))
+        let product = self.product(a, b);
+        product.map_or(1, |product| {
+            crate::design::to_usize(product.multipliers.max(1))
+        })
     }
 
     /// Multipliers that a design may have where it is not said how many.
@@ -365,6 +391,19 @@ impl AddAssign for Sites {
     }
 }
 
+/// What synthesis makes of a multiplier.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Product {
+    /// Most bits of the narrower operand, and of the wider one.
+    pub bits: [u32; 2],
+    /// Blocks; none if it goes to tables.
+    pub multipliers: u32,
+    /// Tables beside them, about.
+    #[serde(default)]
+    pub lut4: u64,
+}
+
 /// What nextpnr calls the kinds of sites.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -387,6 +426,8 @@ struct FamilyFile {
     synthesis: Synthesis,
     vendors: Vec<Vendor>,
     multiplier_bits: Option<u32>,
+    #[serde(default)]
+    products: Vec<Product>,
     #[serde(default)]
     multiplier_registers: u32,
     #[serde(default)]
@@ -504,6 +545,7 @@ pub fn all() -> &'static [Device] {
                     multipliers: entry.multipliers,
                     logic_multipliers: entry.logic_multipliers,
                     multiplier_bits: family.multiplier_bits,
+                    products: family.products.clone(),
                     multiplier_registers: family.multiplier_registers,
                     multiplier_shows_operands: family.multiplier_shows_operands,
                     activation_in_logic: family.activation_in_logic,

@@ -196,7 +196,8 @@ fn foldings(layer: &QuantLayer, interval: usize) -> Vec<Fold> {
 /// Intervals above the lower bound that are tried one by one.
 const TRIED: u32 = 512;
 
-/// The least interval that `multipliers` allow, counted by `count`.
+/// The least interval that `multipliers` allow, as `count` counts them: one for each of a layer, or more where
+/// it takes several blocks.
 ///
 /// The need falls with the interval, but not strictly so. Among the first 512 intervals that
 /// the multiplications leave possible the least is found; beyond them one that is allowed while the

@@ -249,6 +249,10 @@ fn a_bitstream_is_made_for_a_board() {
         (&json["board"], &json["device"]),
         (&"ulx3s-25f".into(), &"ecp5-25k".into())
     );
+    assert_eq!(
+        json["tools"][2],
+        serde_json::json!({"name": "ecppack", "version": "1.4"})
+    );
     let bitstream = PathBuf::from(json["bitstream"].as_str().unwrap());
     assert_eq!(
         fs::read_to_string(&bitstream).unwrap(),
@@ -332,6 +336,8 @@ fn a_seed_that_fails_takes_none_of_the_others_with_it() {
     ran.exits(3);
     let told = "a clock of 250 MHz expected, 200.0 MHz reached (median of 2)";
     assert!(ran.stderr.contains(told), "{}", ran.stderr);
+    let ran = synth(&place, &["--seeds", "3", "--freq", "250", "--json"]);
+    assert_eq!(ran.json()["missed"], told);
 
     // Where others found room, it is not the core that doesn't fit.
     place.write("full-2", "");
@@ -342,6 +348,8 @@ fn a_seed_that_fails_takes_none_of_the_others_with_it() {
         (&json["error"]["code"], &json["fits"]),
         (&"no-placement".into(), &true.into())
     );
+    let help = json["error"]["help"].as_str().unwrap();
+    assert!(help.starts_with("others found room"), "{help}");
     assert_eq!(json["fmax_mhz"]["per_seed"].as_array().unwrap().len(), 2);
 }
 
