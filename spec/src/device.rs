@@ -108,11 +108,10 @@ impl Device {
         products.into_iter().find(fits)
     }
 
-    /// Whether a block takes operands of so many bits with its own registers.
+    /// Whether one block takes operands of so many bits, with its own registers.
     pub fn holds(&self, a: u32, b: u32) -> bool {
-        let whole = self.products.iter().find(|product| product.lut4 == 0);
         let product = self.product(a, b);
-        product.is_some() && product == whole
+        product.is_some_and(|product| product.multipliers == 1 && product.lut4 == 0)
     }
 
     /// Multipliers that one of operands of so many bits counts as: the blocks that it takes, and one if it is
