@@ -103,7 +103,7 @@ impl Device {
     /// What synthesis makes of a multiplier of operands of so many bits; none if nothing but tables, whose
     /// number is not listed.
     pub fn product(&self, a: u32, b: u32) -> Option<&Product> {
-        let fits = |product: &&Product| a.min(b) <= product.bits[0] && a.max(b) <= product.bits[1];
+        let fits = |product: &&Product| a <= product.bits[0] && b <= product.bits[1];
         let products = self.products.iter().filter(|_| self.has_multipliers());
         products.into_iter().find(fits)
     }
@@ -394,7 +394,7 @@ impl AddAssign for Sites {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Product {
-    /// Most bits of the narrower operand, and of the wider one.
+    /// Most bits of the first operand, word or distance, and of the second, weight or slope.
     pub bits: [u32; 2],
     /// Blocks; none if it goes to tables.
     pub multipliers: u32,
