@@ -29,7 +29,7 @@ mod text;
 mod top;
 
 pub use bundle::{Bundle, BundleError, File};
-pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, Stream, Word};
+pub use manifest::{BUNDLE_FORMAT, Manifest, ManifestFile, RESET_CONTRACT, Stream, Word};
 pub use shell::shell;
 pub use source::Source;
 

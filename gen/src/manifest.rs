@@ -10,6 +10,11 @@ use serde::{Deserialize, Serialize};
 use crate::bundle::File;
 use crate::{VERSION, sha256};
 
+/// What a reset does, in one sentence: the same in manifest, headers and pages.
+pub const RESET_CONTRACT: &str = "After a rising edge that samples aresetn low, TVALID and TREADY \
+    are low until the core can take a frame; the first frame after that is answered rightly, \
+    whatever the length and the moment of the reset, one cycle included.";
+
 /// Format of the manifest.
 pub const BUNDLE_FORMAT: &str = "hwgen-bundle/1";
 
@@ -39,6 +44,8 @@ pub struct Manifest {
     pub reset_synchronous: bool,
     /// Rising edges that must see it active.
     pub reset_least_cycles: u32,
+    /// What a reset does, [`RESET_CONTRACT`].
+    pub reset_contract: String,
     /// How a value becomes a code: `floor(value * 2^n + 1/2)`, then clipped to the word's range.
     pub value_to_code: String,
     /// The two streams.
@@ -205,7 +212,8 @@ impl Manifest {
             reset: "aresetn".into(),
             reset_active: "low".into(),
             reset_synchronous: true,
-            reset_least_cycles: 3,
+            reset_least_cycles: 1,
+            reset_contract: RESET_CONTRACT.into(),
             value_to_code: "floor(value * 2^n + 1/2), clipped to min_code..max_code".into(),
             streams: vec![source, sink],
             latency_cycles: design.latency_cycles(),

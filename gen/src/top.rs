@@ -5,6 +5,7 @@ use hwgen_spec::design::{Design, Port};
 use hwgen_spec::format::QFormat;
 
 use crate::bundle::File;
+use crate::manifest::RESET_CONTRACT;
 use crate::rom::literal;
 use crate::stage::unit;
 use crate::text::finish;
@@ -38,6 +39,7 @@ struct TopContext<'a> {
     high: Vec<String>,
     latency: usize,
     interval: usize,
+    reset_notes: Vec<String>,
 }
 
 #[derive(Template)]
@@ -98,6 +100,23 @@ fn wrap(words: impl Iterator<Item = String>) -> Vec<String> {
                 line.push_str(", ");
             }
             line.push_str(&word);
+        }
+    }
+    lines
+}
+
+/// A sentence in lines that fit.
+fn fill(sentence: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in sentence.split_whitespace() {
+        let line = lines.last_mut().expect("there is a line");
+        if line.len() + word.len() > 90 {
+            lines.push(word.to_owned());
+        } else {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
         }
     }
     lines
@@ -170,6 +189,7 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
         low: bounds(&design.input().low),
         high: bounds(&design.input().high),
         latency: design.latency_cycles(),
+        reset_notes: fill(RESET_CONTRACT),
         interval: design.interval_cycles(),
     };
     vec![header.rtl(module, finish(context.render()))]

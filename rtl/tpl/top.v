@@ -12,8 +12,9 @@
 // Latency:   @{ latency }@ clocks from the edge that takes the first input beat to the edge that hands over
 //            the last output beat; a frame every @{ interval }@ clocks.
 // Overflow:  no sum can overflow; words are clipped, and say so in m_axis_tuser[0].
-// Reset:     aresetn, synchronous, active low, for 3 clocks or more; frames under way are dropped.
-// Model:     hwgen: sim/src/model.rs
+// Reset:     aresetn is synchronous and active low, and drops the frames under way.
+@% for line in reset_notes %@//            @{ line }@
+@% endfor %@// Model:     hwgen: sim/src/model.rs
 // Bench:     tb/@{ module }@_tb.v
 // @{ provenance }@
 `default_nettype none
@@ -47,6 +48,9 @@ module @{ module }@ (
   (* keep *) always @(posedge aclk) ingress_rst_q2 <= ~rst_nq;
   (* keep *) always @(posedge aclk) egress_rst_q2  <= ~rst_nq;
 
+  // Until then no beat is exchanged: both streams are quiet from the edge that samples aresetn low.
+  wire quiet = ~(aresetn & rst_nq);
+
   wire in_next;
   wire in_take;
   wire in_clipped;
@@ -60,6 +64,7 @@ module @{ module }@ (
   ) u_ingress (
     .clk_i        (aclk),
     .rst_i        (ingress_rst_q2),
+    .quiet_i      (quiet),
     .tvalid_i     (s_axis_tvalid),
     .tready_o     (s_axis_tready),
     .tlast_i      (s_axis_tlast),
@@ -101,6 +106,7 @@ module @{ module }@ (
   ) u_egress (
     .clk_i        (aclk),
     .rst_i        (egress_rst_q2),
+    .quiet_i      (quiet),
     .room_next_o  (out_room),
     .frame_next_i (out_next),
     .frame_i      (out_frame),

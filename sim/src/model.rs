@@ -125,12 +125,13 @@ impl Model {
     pub fn step(&mut self, pins: &Pins) {
         let [first, reset] = self.resets;
         self.resets = [!pins.reset_n, first];
+        let resets = (reset, !pins.reset_n || first);
         let leaves = self.leaves();
         let frame_ready = self.stage.ready();
         let user = if leaves { self.stage.user() } else { 0 };
         let stage = &self.stage;
         self.egress
-            .step(reset, leaves, user, pins.m_ready, |words| {
+            .step(resets, leaves, user, pins.m_ready, |words| {
                 stage.answer(words)
             });
         let entry = Entry {
@@ -141,7 +142,7 @@ impl Model {
         };
         self.stage.step(reset, entry, leaves);
         self.ingress.step(
-            reset,
+            resets,
             (pins.s_valid, pins.s_last, &pins.s_data),
             frame_ready,
         );

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::fmt::Write as _;
 
 use crate::model::{Model, Pins};
-use crate::stimulus::{Flow, Frame, Segment};
+use crate::stimulus::{Flow, Frame, Segment, lane_format};
 
 /// Clocks of reset at the start.
 const RESET_CLOCKS: usize = 5;
@@ -222,7 +222,12 @@ impl<'a> Driver<'a> {
         // A master holds TVALID low in reset and never takes an offer back.
         self.offered = reset_n && wants && (self.offered || self.rng.random_bool(self.offer));
         let per_beat = self.design.source().words_per_beat;
-        let (mut s_last, mut s_data) = (false, vec![0; per_beat]);
+        // Pins that do not count carry noise: nothing may depend on them.
+        let noise = lane_format(self.design);
+        let mut s_last = self.rng.random();
+        let mut s_data: Vec<i64> = (0..per_beat)
+            .map(|_| self.rng.random_range(noise.min_code()..=noise.max_code()))
+            .collect();
         if self.offered {
             let frame = &self.segment.frames[self.frame];
             s_last = self.beat + 1 == frame.beats;
@@ -231,7 +236,7 @@ impl<'a> Driver<'a> {
         let m_ready = self.rng.random_bool(self.take);
         Pins {
             reset_n,
-            s_valid: self.offered,
+            s_valid: if reset_n { self.offered } else { self.rng.random() },
             s_last,
             s_data,
             m_ready,

@@ -149,7 +149,7 @@ fn whole(design: &Design, mut codes: Vec<i64>, rng: &mut impl Rng) -> Frame {
     }
 }
 
-fn lane_format(design: &Design) -> QFormat {
+pub(crate) fn lane_format(design: &Design) -> QFormat {
     QFormat::new(design.source().lane_bits, 0).expect("a lane is a word")
 }
 

@@ -13,6 +13,8 @@ pub(super) struct Slice {
     /// The head, and the word behind it.
     slots: Vec<i64>,
     valid: bool,
+    /// Fewer than two words are held: `ready_q`, unless the last edge was one in reset.
+    room: bool,
     ready: bool,
 }
 
@@ -24,6 +26,7 @@ impl Slice {
             slot_widths: widths.repeat(2),
             slots: vec![0; widths.len() * 2],
             valid: false,
+            room: false,
             ready: false,
         }
     }
@@ -36,6 +39,11 @@ impl Slice {
     #[inline]
     pub(super) fn ready(&self) -> bool {
         self.ready
+    }
+
+    #[inline]
+    pub(super) fn room(&self) -> bool {
+        self.room
     }
 
     /// The fields of the head.
@@ -69,7 +77,8 @@ impl Slice {
         let two_next = self.valid && !pop && (two || offered);
         // Data moves whatever the reset does; the handshake does not let it be seen.
         self.valid = !reset && (two || (offered && self.ready) || (self.valid && !pop));
-        self.ready = !reset && !two_next;
+        self.room = !two_next;
+        self.ready = !reset && self.room;
     }
 
     pub(super) fn show<P: Probe>(&self, probe: &mut P) {
@@ -349,7 +358,7 @@ impl Ingress {
     #[inline]
     pub(super) fn step(
         &mut self,
-        reset: bool,
+        (reset, quiet): (bool, bool),
         (valid, last, data): (bool, bool, &[i64]),
         frame_ready: bool,
     ) {
@@ -380,7 +389,7 @@ impl Ingress {
             self.within.valid = false;
         }
         let beat_words = self.beat_words;
-        self.slice.step(reset, valid, moves, |slot| {
+        self.slice.step(quiet, valid, moves, |slot| {
             slot[..beat_words].copy_from_slice(data);
             slot[beat_words] = i64::from(last);
         });
@@ -581,7 +590,7 @@ impl Egress {
     /// Whether a frame would be taken in this clock.
     #[inline]
     pub(super) fn ready(&self) -> bool {
-        self.left == 0 || (self.eager && self.left == 1 && self.slice.ready())
+        self.left == 0 || (self.eager && self.left == 1 && self.slice.room())
     }
 
     /// The beat at the port, if there is one: data, user, last.
@@ -596,17 +605,17 @@ impl Egress {
     #[inline]
     pub(super) fn step(
         &mut self,
-        reset: bool,
+        (reset, quiet): (bool, bool),
         load: bool,
         user: i64,
         taken: bool,
         put: impl FnOnce(&mut [i64]),
     ) {
         let sends = self.left != 0;
-        let accepted = sends && self.slice.ready();
+        let accepted = sends && self.slice.room();
         let (beat_words, last) = (self.beat_words, self.left == 1);
         let (slots, old_user) = (&self.slots, self.user);
-        self.slice.step(reset, sends, taken, |slot| {
+        self.slice.step(quiet, sends, taken, |slot| {
             slot[..beat_words].copy_from_slice(&slots[..beat_words]);
             slot[beat_words] = old_user;
             slot[beat_words + 1] = i64::from(last);
@@ -630,7 +639,7 @@ impl Egress {
         within(probe, format_args!("u_slice"), |p| self.slice.show(p));
         probe.words("slot_q", self.lane_bits, &self.slots);
         probe.count("left_q", counter_bits(self.beats), self.left);
-        let sends = self.left != 0 && self.slice.ready();
+        let sends = self.left != 0 && self.slice.room();
         probe.bit("load_q", load);
         probe.bit("next_q", sends);
         probe.bit("move_q", load || sends);
