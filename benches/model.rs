@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use hwgen_sim::model::{Model, Pins};
 use hwgen_sim::session;
-use hwgen_sim::simulator::{BuildPlan, Purpose, Simulator};
+use hwgen_sim::simulator::{BuildPlan, Purpose, Simulator, Text};
 use hwgen_sim::stimulus::segments;
 use hwgen_sim::tool::Toolbox;
 use hwgen_spec::design::Design;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let net = weights::read(include_bytes!("../designs/landing-wide/weights.json"))?;
     let design = Design::new(&net, &Options::default())?;
     // Long flows come in pieces.
-    let mut pieces = segments(&design, &[], FRAMES, 1)
+    let mut pieces = segments(&design, &[], FRAMES, 1, false)
         .into_iter()
         .filter(|s| s.name.starts_with("random x continuous"));
     let mut segment = pieces.next().ok_or("no such segment")?;
@@ -51,8 +51,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     bundle.write(&out)?;
     let stimulus = directory.path().join("stimulus");
     std::fs::write(&stimulus, session::stimulus_text(&design, &pins))?;
-    let bench = directory.path().join("bench.v");
-    std::fs::write(&bench, speed_bench(&design, pins.len()))?;
+    let generated = |path: &str| {
+        let file = bundle.files().iter().find(|f| f.path == path);
+        Text {
+            name: path.rsplit('/').next().unwrap_or(path).into(),
+            text: file.map(|f| f.text.clone()).unwrap_or_default(),
+        }
+    };
+    let bench = Text {
+        name: "bench.v".into(),
+        text: speed_bench(&design, pins.len()),
+    };
     let work = directory.path().join("work");
     let sources = bundle.files().iter().filter(|f| f.path.starts_with("rtl/"));
     let built = Simulator::Verilator.build(
@@ -61,8 +70,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             design: "landing".into(),
             sources: sources.map(|f| out.join(&f.path)).collect(),
             bench,
-            bench_icarus: out.join("tb/landing_tb_icarus.v"),
-            main_cpp: out.join("tb/sim_main.cpp"),
+            bench_icarus: generated("tb/landing_tb_icarus.v"),
+            main_cpp: generated("tb/sim_main.cpp"),
+            models: Vec::new(),
             work_dir: work.clone(),
             cache_dir: root.join("build/.cache/verilator"),
             purpose: Purpose::Speed,

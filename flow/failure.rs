@@ -314,12 +314,13 @@ impl From<SynthError> for Failure {
 
 impl From<ToolError> for Failure {
     fn from(error: ToolError) -> Self {
-        if let ToolError::Outside { path, line, found } = &error {
-            let message = format!("a core that reads no other file expected, `{found}` found");
-            return Self::input("outside-file", message)
+        if let ToolError::Refused { path, line, found } = &error {
+            let message =
+                format!("expected Verilog that simulators and synthesis read alike, found {found}");
+            return Self::new(Exit::Difference, "refused-text", message)
                 .file(path.display().to_string())
                 .at(*line, None)
-                .help("emit the bundle again: its core is the files of its manifest");
+                .help("emit the bundle again: no core that hwgen emits contains it");
         }
         let code = match &error {
             ToolError::Missing { .. } => "tool-missing",

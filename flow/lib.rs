@@ -17,6 +17,7 @@ pub mod destination;
 pub mod estimate;
 pub mod failure;
 pub mod fixed;
+pub mod harness;
 pub mod inference;
 pub mod interrupt;
 pub mod layout;

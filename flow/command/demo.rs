@@ -114,6 +114,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         vectors,
         random: RANDOM_FRAMES,
         seed: SEED,
+        thorough: false,
         simulators: present,
         toolbox: &toolbox,
         work: None,
@@ -187,7 +188,7 @@ fn checked(mut outcome: Outcome, report: &Report, failure: Option<Failure>, out:
         .insert("verified".into(), json!(failure.is_none()));
     if failure.is_none() {
         let word = shell_word(out);
-        outcome.text.push_str(report::VERIFIED);
+        outcome.text.push_str(&report::verified(&report));
         let _ = write!(
             outcome.text,
             "\nNext:\n  hwgen verify {word} --random 1000 --seed 2\n  \

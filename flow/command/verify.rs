@@ -15,6 +15,7 @@ use serde_json::json;
 use super::{Outcome, fields};
 use crate::destination::real_path;
 use crate::failure::{Exit, Failure};
+use crate::harness::harness;
 use crate::output::Output;
 use crate::table::Table;
 
@@ -30,8 +31,9 @@ Examples:
   hwgen verify build/landing --vectors vectors.csv --random 200 --simulators icarus
   hwgen verify build/landing --json
 
-Exit codes: 0 if every register, output word and cycle count is equal, 1 if one differs, 2 if the
-bundle was changed, 3 if a simulator is missing or failed.";
+Exit codes: 0 if every register, output word and cycle count is equal, 1 if one differs or the Verilog
+has text that simulators and synthesis may read in two ways, 2 if the bundle was changed, 3 if a
+simulator is missing or failed.";
 
 /// More random frames would take days, and more memory than there may be.
 const MOST_FRAMES: u64 = 1_000_000;
@@ -56,6 +58,9 @@ pub struct Args {
     /// Which simulators, separated by commas [default: all that are installed]
     #[arg(long, value_name = "icarus,verilator", value_delimiter = ',', value_parser = simulator)]
     pub simulators: Vec<Simulator>,
+    /// A reset at every cycle of an interval in every simulator, however long that takes
+    #[arg(long)]
+    pub thorough: bool,
     /// Where logs and dumps go: a new or empty directory, or one of an earlier check
     #[arg(long, value_name = "DIR")]
     pub work: Option<PathBuf>,
@@ -109,6 +114,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         vectors,
         random: args.random,
         seed: args.seed,
+        thorough: args.thorough,
         simulators,
         toolbox: &toolbox,
         work: args.work.as_deref(),
@@ -122,7 +128,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     json.insert("seed".into(), json!(args.seed));
     let mut text = report::text(source.design.name(), &report);
     if failure.is_none() {
-        text.push_str(report::VERIFIED);
+        text.push_str(&report::verified(&report));
     }
     Ok(Outcome {
         text,
@@ -169,6 +175,7 @@ pub(crate) struct Check<'a> {
     pub vectors: Vec<Vec<f64>>,
     pub random: usize,
     pub seed: u64,
+    pub thorough: bool,
     pub simulators: Vec<Simulator>,
     pub toolbox: &'a Toolbox,
     pub work: Option<&'a Path>,
@@ -188,12 +195,14 @@ impl Check<'_> {
         let expected: Vec<Simulator> = self.simulators.clone();
         let plan = VerifyPlan {
             bundle: self.bundle.to_owned(),
-            sources: self.source.simulated(),
+            sources: self.source.rtl(),
+            harness: harness(self.source),
             design: &self.source.design,
             net: &self.source.net,
             vectors: self.vectors,
             random: self.random,
             seed: self.seed,
+            thorough: self.thorough,
             simulators: self.simulators,
             toolbox: self.toolbox,
             work_dir: work,

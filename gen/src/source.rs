@@ -22,6 +22,8 @@ pub struct Source {
     pub net: FloatNet,
     /// The design that weights and options lead to.
     pub design: Design,
+    /// The files that the design has, as this version of the tool generates them.
+    generated: Bundle,
 }
 
 impl Source {
@@ -99,17 +101,27 @@ impl Source {
             manifest: read,
             net,
             design,
+            generated,
         })
     }
 
-    /// The Verilog that a simulation of the core reads: the core, and models of a device's blocks.
-    pub fn simulated(&self) -> Vec<String> {
+    /// The Verilog of the core, as it lies in the bundle.
+    pub fn rtl(&self) -> Vec<String> {
         let files = self.manifest.files.iter().map(|file| &file.path);
-        let verilog = files.filter(|path| {
-            let folder = path.split('/').next();
-            matches!(folder, Some("rtl" | "sim")) && path.ends_with(".v")
-        });
+        let verilog = files.filter(|path| path.starts_with("rtl/") && path.ends_with(".v"));
         verilog.cloned().collect()
+    }
+
+    /// Names and texts of the bench and of the models of blocks, generated: a check trusts none
+    /// that lies in the bundle.
+    ///
+    /// `folder`: `tb` or `sim`.
+    pub fn generated(&self, folder: &str) -> Vec<(String, String)> {
+        let files = self.generated.files().iter().filter_map(|file| {
+            let (above, name) = file.path.rsplit_once('/')?;
+            (above == folder).then(|| (name.to_owned(), file.text.clone()))
+        });
+        files.collect()
     }
 }
 

@@ -7,7 +7,7 @@ use hwgen_spec::format::to_bits;
 
 use crate::error::TraceError;
 use crate::record::{Recording, Register, offsets};
-use crate::trace::{Dump, RtlValue};
+use crate::trace::{Dump, Moment, RtlValue};
 
 /// The outcome of a comparison that was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,6 +37,8 @@ pub struct Difference {
     pub model: i64,
     /// What the simulator had.
     pub rtl: RtlValue,
+    /// Whether it was equal after the edge and changed before the next one.
+    pub between: bool,
 }
 
 /// Compares a recording with a dump from rising edge `first_clock` on.
@@ -95,12 +97,19 @@ pub fn compare_rows(
     let mut expected = vec![0i64; masks.len()];
     let mut compared = 0;
     let mut first_difference = None;
-    dump.replay(registers, plan.clocks, |clock, row| {
-        model(clock, &mut expected);
+    dump.replay(registers, plan.clocks, |moment, row| {
+        // Between two edges a register keeps its value, and so do the ports.
+        let (clock, edge) = match moment {
+            Moment::Edge(clock) => (clock, true),
+            Moment::Between(clock) => (clock, false),
+        };
+        if edge {
+            model(clock, &mut expected);
+        }
         if clock < plan.first_clock {
             return ControlFlow::Continue(());
         }
-        compared += 1;
+        compared += usize::from(edge);
         // One pass without branches decides for nearly every clock.
         let rtl = row.bits().iter().zip(row.unknown());
         let lanes = expected.iter().zip(&masks).zip(rtl);
@@ -126,6 +135,7 @@ pub fn compare_rows(
             lane,
             model: expected[at],
             rtl: row.value(at, registers[register].lanes[lane]),
+            between: !edge,
         });
         ControlFlow::Break(())
     })?;

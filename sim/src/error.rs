@@ -83,15 +83,29 @@ pub enum ToolError {
         /// All that it printed.
         log: PathBuf,
     },
-    /// A source of the core reads a file that is not among the sources.
-    #[error("{}:{line}: a core that reads no other file expected, `{found}` found", path.display())]
-    Outside {
+    /// A source of the core has text that simulators and synthesis may read differently, or that
+    /// calls the simulator.
+    #[error(
+        "{}:{line}: expected Verilog that simulators and synthesis read alike, found {found}",
+        path.display()
+    )]
+    Refused {
         /// The source.
         path: PathBuf,
         /// Line in it, from 1.
         line: usize,
-        /// What reads the other file.
-        found: &'static str,
+        /// What is refused.
+        found: String,
+    },
+    /// A model of a block says that a pin or parameter is not tied as the contract says.
+    #[error("{instance}: expected {expected}, found {found}")]
+    Contract {
+        /// The block's path in the simulation.
+        instance: String,
+        /// What the contract says.
+        expected: String,
+        /// What is there.
+        found: String,
     },
     /// A file of the run could not be read or written.
     #[error("{}: {source}", path.display())]
@@ -140,7 +154,7 @@ pub enum TraceError {
         nearest: Vec<String>,
     },
     /// A register has another width in the dump.
-    #[error("register `{register}`: {expected} bits expected, {found} found in the dump")]
+    #[error("register `{register}`: expected {expected} bits, found {found} in the dump")]
     Width {
         /// Path of the register.
         register: String,
@@ -150,7 +164,7 @@ pub enum TraceError {
         found: u64,
     },
     /// The dump ends early or goes on: it is of another run.
-    #[error("{expected} rising edges of the clock expected, {found} found in the dump")]
+    #[error("expected {expected} rising edges of the clock, found {found} in the dump")]
     EdgeCount {
         /// Clocks in the recording.
         expected: usize,
@@ -158,7 +172,7 @@ pub enum TraceError {
         found: usize,
     },
     /// An edge at another time than the bench makes it.
-    #[error("rising edge {clock} expected at {expected_ps} ps, found at {found_ps} ps")]
+    #[error("expected rising edge {clock} at {expected_ps} ps, found it at {found_ps} ps")]
     EdgeTime {
         /// Number of the edge, from 0.
         clock: usize,
@@ -166,6 +180,14 @@ pub enum TraceError {
         expected_ps: u64,
         /// Where it is.
         found_ps: u64,
+    },
+    /// The dump does not contain the number that the run was given: it is of another run.
+    #[error("expected nonce {expected:016x} in the dump, found {found}")]
+    Nonce {
+        /// What the run was given.
+        expected: u64,
+        /// What the dump has.
+        found: String,
     },
     /// No register or no edge to compare: that is not "equal".
     #[error("nothing to compare: {registers} registers, {edges} edges")]

@@ -25,6 +25,7 @@ pub mod record;
 pub mod session;
 pub mod simulator;
 pub mod stimulus;
+pub mod structure;
 pub mod tool;
 pub mod trace;
 pub mod vcd;

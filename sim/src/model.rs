@@ -109,6 +109,14 @@ impl Model {
         }
     }
 
+    /// The same core, had no reset been on its way.
+    pub fn without_reset(&self) -> Self {
+        Self {
+            resets: [false; 2],
+            ..self.clone()
+        }
+    }
+
     /// `s_axis_tready`
     pub fn ready(&self) -> bool {
         self.ingress.ready()

@@ -8,12 +8,17 @@ use std::collections::VecDeque;
 use std::fmt::Write as _;
 
 use crate::model::{Model, Pins};
-use crate::stimulus::{Flow, Frame, Segment, lane_format};
+use crate::stimulus::aim::reset_lanes;
+use crate::stimulus::{
+    Condition, Condition::*, Flow, Frame, LONG, Pairs, Resets, Segment, lane_format,
+};
 
-/// Clocks of reset at the start.
-const RESET_CLOCKS: usize = 5;
-/// Resets in the flow that has any.
+/// Cycles of reset at the start.
+const RESET_CYCLES: usize = 5;
+/// Resets in the flow that has random ones.
 const RESETS: usize = 6;
+/// Pauses of so many cycles count as hundreds.
+const HUNDREDS: usize = 200;
 /// Clocks that a session may take beyond what its frames need, before it counts as hung.
 const PATIENCE: usize = 100_000;
 
@@ -23,6 +28,11 @@ struct Expected {
     codes: Vec<i64>,
     user: i64,
     taken_at: Option<usize>,
+    /// Its frame in the segment.
+    frame: usize,
+    /// Idle cycles while it was sent, cycles that its output waited.
+    idle: usize,
+    stalled: usize,
 }
 
 /// Where the pins of the model part from the untimed values or from the protocol.
@@ -57,6 +67,12 @@ pub struct Session {
     pub latency: Option<usize>,
     /// Least and greatest distance between answers, in continuous flow.
     pub interval: Option<(usize, usize)>,
+    /// Pairs of conditions of the frames that have a row of them.
+    pub pairs: Pairs,
+    /// For each lane of a register: whether a reset came while it made a difference to it.
+    pub reset_lanes: Vec<bool>,
+    /// Resets that were driven, the first one aside.
+    pub resets: usize,
     /// The first difference.
     pub difference: Option<PinDifference>,
 }
@@ -76,13 +92,24 @@ fn expectation(design: &Design, frame: &Frame) -> Expected {
         codes: answer.codes,
         user,
         taken_at: None,
+        frame: 0,
+        idle: 0,
+        stalled: 0,
     }
 }
 
 /// Drives a segment through the model and checks its answers.
 pub fn run(design: &Design, segment: &Segment) -> Session {
     let mut driver = Driver::new(design, segment);
-    let patience = PATIENCE + segment.frames.len() * 40 * design.interval_cycles();
+    let rounds = segment.resets.planned().len();
+    let patience = PATIENCE
+        + (1 + rounds) * (segment.frames.len() * 40 * design.interval_cycles())
+        + segment
+            .resets
+            .planned()
+            .iter()
+            .map(|r| r.after)
+            .sum::<usize>();
     while !driver.finished() && driver.session.difference.is_none() {
         driver.clock();
         if driver.session.pins.len() > patience {
@@ -120,9 +147,21 @@ struct Driver<'a> {
     take: f64,
     phase_left: usize,
     reset_left: usize,
-    /// Resets still to come, and clocks to the next one.
+    /// Random resets still to come, and cycles to the next one.
     resets: usize,
     until_reset: usize,
+    /// The next one of the planned resets, and cycles since the last reset ended.
+    round: usize,
+    since_reset: usize,
+    /// Frames that were dropped by a reset on purpose.
+    dropped: Vec<usize>,
+    /// Cycles to the reset that drops the last frame that was sent, where one does.
+    until_drop: Option<usize>,
+    /// Idle cycles that are still to come before this beat of the present frame, and those that came.
+    pause: Option<(usize, usize)>,
+    idle: usize,
+    /// Cycles that the present output is still to wait, once it is there.
+    stall: Option<usize>,
     first_beat_at: Option<usize>,
     last_answer_at: Option<usize>,
     /// Whether latency and interval are those of continuous flow.
@@ -145,6 +184,9 @@ impl<'a> Driver<'a> {
                 saturated: 0,
                 latency: None,
                 interval: None,
+                pairs: Pairs::default(),
+                reset_lanes: Vec::new(),
+                resets: 0,
                 difference: None,
             },
             frame: 0,
@@ -156,19 +198,28 @@ impl<'a> Driver<'a> {
             offer: 1.0,
             take: 1.0,
             phase_left: 0,
-            reset_left: RESET_CLOCKS,
-            resets: match segment.flow {
-                Flow::Reset => RESETS,
+            reset_left: RESET_CYCLES,
+            resets: match segment.resets {
+                Resets::Random => RESETS,
                 _ => 0,
             },
             until_reset: 0,
+            round: 0,
+            since_reset: 0,
+            dropped: Vec::new(),
+            until_drop: None,
+            pause: None,
+            idle: 0,
+            stall: None,
             first_beat_at: None,
             last_answer_at: None,
         }
     }
 
     fn finished(&self) -> bool {
-        self.frame == self.segment.frames.len() && self.expected.is_empty()
+        self.round == self.segment.resets.planned().len()
+            && self.frame == self.segment.frames.len()
+            && self.expected.is_empty()
     }
 
     /// Counts down to the next reset.
@@ -176,13 +227,28 @@ impl<'a> Driver<'a> {
     /// One half of them come while the core fills, the other half while answers leave: a reset
     /// that comes before the first answer can't show whether the way out forgets what it holds.
     fn reset(&mut self) {
+        if let Some(next) = self.segment.resets.planned().get(self.round) {
+            if self.since_reset >= next.after {
+                self.reset_left = next.cycles;
+                self.round += 1;
+                self.frame = self.expected.len();
+            }
+            return;
+        }
+        if let Some(left) = self.until_drop {
+            self.until_drop = left.checked_sub(1);
+            if left == 0 {
+                self.reset_left = self.rng.random_range(1..=8);
+            }
+            return;
+        }
         if self.resets == 0 {
             return;
         }
         if self.until_reset > 0 {
             self.until_reset -= 1;
             if self.until_reset == 0 {
-                self.reset_left = self.rng.random_range(3..=5);
+                self.reset_left = self.rng.random_range(1..=8);
                 self.resets -= 1;
             }
             return;
@@ -207,10 +273,10 @@ impl<'a> Driver<'a> {
         let dense = self.rng.random_range(0.3..1.0);
         let pace = [1.0, dense, 0.05][self.rng.random_range(0..3)];
         match self.segment.flow {
-            Flow::Continuous => {}
+            Flow::Continuous | Flow::Crossed => {}
             Flow::Idle => self.offer = pace,
             Flow::BackPressure => self.take = pace,
-            Flow::Reset => {
+            Flow::Mixed | Flow::Reset => {
                 (self.offer, self.take) = (pace, self.rng.random_range(0.2..=1.0));
             }
         }
@@ -220,7 +286,7 @@ impl<'a> Driver<'a> {
         let reset_n = self.reset_left == 0;
         let wants = self.frame < self.segment.frames.len();
         // A master holds TVALID low in reset and never takes an offer back.
-        self.offered = reset_n && wants && (self.offered || self.rng.random_bool(self.offer));
+        self.offered = reset_n && wants && (self.offered || self.offers());
         let per_beat = self.design.source().words_per_beat;
         // Pins that do not count carry noise: nothing may depend on them.
         let noise = lane_format(self.design);
@@ -233,10 +299,14 @@ impl<'a> Driver<'a> {
             s_last = self.beat + 1 == frame.beats;
             s_data.copy_from_slice(&frame.lanes[self.beat * per_beat..(self.beat + 1) * per_beat]);
         }
-        let m_ready = self.rng.random_bool(self.take);
+        let m_ready = self.takes();
         Pins {
             reset_n,
-            s_valid: if reset_n { self.offered } else { self.rng.random() },
+            s_valid: if reset_n {
+                self.offered
+            } else {
+                self.rng.random()
+            },
             s_last,
             s_data,
             m_ready,
@@ -249,22 +319,145 @@ impl<'a> Driver<'a> {
             self.reset();
         }
         let pins = self.pins();
+        self.note_resets(&pins);
         let now = self.session.pins.len();
         if pins.reset_n {
+            self.since_reset += 1;
+            self.idle += usize::from(!pins.s_valid && self.frame < self.segment.frames.len());
             self.check_output(now, pins.m_ready);
             if pins.s_valid && self.model.ready() {
                 self.beat_taken(now);
             }
         } else {
             // All that is under way is lost: it is sent once more, from the oldest frame on.
+            self.count_dropped();
             self.frame -= self.expected.len();
+            (self.since_reset, self.idle) = (0, 0);
+            (self.pause, self.stall, self.until_drop) = (None, None, None);
             (self.beat, self.offered, self.answered, self.held) = (0, false, 0, None);
             self.expected.clear();
             (self.first_beat_at, self.last_answer_at) = (None, None);
             self.reset_left -= 1;
+            if self.reset_left == 0 && matches!(self.segment.resets, Resets::At(_)) {
+                // Each round sends the same in the same way.
+                self.rng = ChaCha8Rng::seed_from_u64(self.segment.seed);
+                self.phase_left = 0;
+            }
         }
         self.model.step(&pins);
         self.session.pins.push(pins);
+    }
+
+    /// Whether a beat is offered in this cycle that was not offered before.
+    fn offers(&mut self) -> bool {
+        let frame = &self.segment.frames[self.frame];
+        let Some(row) = &frame.row else {
+            return self.rng.random_bool(self.offer);
+        };
+        if self.pause.is_none() {
+            let cycles = match row[2] {
+                LongIdle => LONG,
+                Idle => self.rng.random_range(1..=6),
+                _ => 0,
+            };
+            self.pause = Some((self.rng.random_range(0..frame.beats), cycles));
+        }
+        match &mut self.pause {
+            Some((beat, cycles)) if *beat == self.beat && *cycles > 0 => {
+                *cycles -= 1;
+                false
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether an output beat is taken in this cycle, if there is one.
+    fn takes(&mut self) -> bool {
+        if self.segment.flow != Flow::Crossed {
+            return self.rng.random_bool(self.take);
+        }
+        let row = self
+            .expected
+            .front()
+            .and_then(|e| self.segment.frames[e.frame].row);
+        let (Some(row), true) = (row, self.model.output().is_some()) else {
+            return self.rng.random();
+        };
+        let left = match self.stall {
+            Some(left) => left,
+            None => match row[3] {
+                LongStall => LONG,
+                Stall => self.rng.random_range(1..=6),
+                _ => 0,
+            },
+        };
+        self.stall = Some(left.saturating_sub(1));
+        left == 0
+    }
+
+    /// The present output waits in this cycle.
+    fn stalled(&mut self) {
+        let Some(head) = self.expected.front_mut() else {
+            return;
+        };
+        head.stalled += 1;
+        let (frame, stalled) = (head.frame, head.stalled);
+        if (stalled == 1 && self.is_to_drop(frame, Stall))
+            || (stalled == HUNDREDS && self.is_to_drop(frame, LongStall))
+        {
+            self.until_drop = Some(0);
+        }
+    }
+
+    /// Whether a frame is one that a reset drops, with this wait of its output before it.
+    fn is_to_drop(&self, frame: usize, stall: Condition) -> bool {
+        let row = self.segment.frames[frame].row;
+        row.is_some_and(|row| row[4] == Reset && row[3] == stall) && !self.dropped.contains(&frame)
+    }
+
+    /// A reset begins: frames that were to be dropped are.
+    fn count_dropped(&mut self) {
+        for expected in std::mem::take(&mut self.expected) {
+            let row = self.segment.frames[expected.frame].row;
+            if row.is_some_and(|row| row[4] == Reset) && !self.dropped.contains(&expected.frame) {
+                self.count_pairs(&expected, Reset);
+                self.dropped.push(expected.frame);
+            }
+            self.expected.push_back(expected);
+        }
+    }
+
+    /// Counts the pairs of a frame: its own conditions as it was made, those of its way as they were.
+    fn count_pairs(&mut self, expected: &Expected, reset: Condition) {
+        let Some(mut row) = self.segment.frames[expected.frame].row else {
+            return;
+        };
+        let class = |cycles, none, some, hundreds| match cycles {
+            0 => none,
+            1..HUNDREDS => some,
+            _ => hundreds,
+        };
+        row[2] = class(expected.idle, NoIdle, Idle, LongIdle);
+        row[3] = class(expected.stalled, NoStall, Stall, LongStall);
+        row[4] = reset;
+        self.session.pairs.count(&row);
+    }
+
+    /// Notes which lanes a reset that is on its way changes at this edge.
+    fn note_resets(&mut self, pins: &Pins) {
+        if self.session.pins.len() < RESET_CYCLES + 3 {
+            return;
+        }
+        self.session.resets += usize::from(!pins.reset_n && self.since_reset > 0);
+        if pins.reset_n && self.since_reset >= 3 {
+            return;
+        }
+        let lanes = reset_lanes(&self.model, pins);
+        let noted = &mut self.session.reset_lanes;
+        noted.resize(lanes.len(), false);
+        for (noted, now) in noted.iter_mut().zip(lanes) {
+            *noted |= now;
+        }
     }
 
     fn beat_taken(&mut self, now: usize) {
@@ -277,7 +470,16 @@ impl<'a> Driver<'a> {
         if self.beat == frame.beats {
             let mut expected = expectation(self.design, frame);
             expected.taken_at = self.first_beat_at;
+            (expected.frame, expected.idle) = (self.frame, self.idle);
             self.expected.push_back(expected);
+            (self.pause, self.idle) = (None, 0);
+            if self.is_to_drop(self.frame, NoStall) {
+                let least = self
+                    .design
+                    .latency_cycles()
+                    .saturating_sub(self.design.source().beats());
+                self.until_drop = Some(self.rng.random_range(0..least.max(2)));
+            }
             (self.frame, self.beat) = (self.frame + 1, 0);
         }
     }
@@ -302,6 +504,7 @@ impl<'a> Driver<'a> {
             return;
         };
         if !ready {
+            self.stalled();
             self.held = Some((data, user, last));
             return;
         }
@@ -347,8 +550,9 @@ impl<'a> Driver<'a> {
     }
 
     fn frame_answered(&mut self, now: usize, expected: &Expected) {
+        self.count_pairs(expected, NoReset);
         self.expected.pop_front();
-        self.answered = 0;
+        (self.answered, self.stall) = (0, None);
         self.session.frames += 1;
         self.session.words += expected.codes.len();
         self.session.saturated += usize::from(expected.user & 1 == 1);

@@ -10,7 +10,18 @@ use crate::tool::{Invocation, Run, Toolbox, run};
 
 mod icarus;
 mod input;
+mod text;
 mod verilator;
+
+pub use input::Text;
+
+/// Copies the Verilog of a core, if none of it is refused, below a directory; names from there.
+pub(crate) fn place_sources(
+    sources: &[PathBuf],
+    directory: &Path,
+) -> Result<Vec<OsString>, ToolError> {
+    input::place(&input::core(sources)?, directory)
+}
 
 /// A simulator that is supported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,11 +49,13 @@ pub struct BuildPlan {
     /// Verilog files of the core.
     pub sources: Vec<PathBuf>,
     /// The replaying bench, for all simulators.
-    pub bench: PathBuf,
+    pub bench: Text,
     /// Clock and dump around it, for Icarus.
-    pub bench_icarus: PathBuf,
+    pub bench_icarus: Text,
     /// Clock and dump around it, for Verilator.
-    pub main_cpp: PathBuf,
+    pub main_cpp: Text,
+    /// Models of the blocks that the core instantiates.
+    pub models: Vec<Text>,
     /// Where logs and results are left.
     pub work_dir: PathBuf,
     /// Where builds are kept for the next time.
@@ -71,6 +84,8 @@ pub struct ReplayPlan {
     pub stimulus: PathBuf,
     /// Lines in it.
     pub clocks: usize,
+    /// A number that the dump must contain, so that none of another run is taken for it.
+    pub nonce: u64,
     /// Where the simulator dumps; the log is left beside it. Icarus writes FST if the name ends
     /// in `.fst`, else VCD; Verilator always writes VCD.
     pub dump: PathBuf,
@@ -142,7 +157,7 @@ impl Simulator {
     ///
     /// # Errors
     /// If a tool is missing, fails, takes too long, or leaves nothing behind;
-    /// [`ToolError::Outside`] if a source of the core reads other files.
+    /// [`ToolError::Refused`] if a source of the core has text that may be read in two ways.
     pub fn build(self, tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
         std::fs::create_dir_all(&plan.work_dir).map_err(io(&plan.work_dir))?;
         match self {
@@ -188,6 +203,7 @@ impl Built {
         // By its bare name in its own directory: the bench holds a path of 1,023 bytes at most.
         let name = Path::new(dump.file_name().unwrap_or_default());
         arguments.push(plus_argument("dump", name));
+        arguments.push(format!("+nonce={:016x}", plan.nonce).into());
         // Replays may run side by side: each has the log that its dump is named after.
         let label = name.with_extension("").to_string_lossy().into_owned();
         let place = (directory.as_path(), label);
@@ -251,7 +267,12 @@ impl Built {
         (directory, label): (&Path, String),
         timeout: Duration,
     ) -> Result<Run, ToolError> {
+        // By its bare name where it can be: some simulators refuse letters outside of ASCII.
         let stimulus = std::path::absolute(stimulus).map_err(io(stimulus))?;
+        let stimulus = match stimulus.strip_prefix(directory) {
+            Ok(name) => name.to_owned(),
+            Err(_) => stimulus,
+        };
         let mut all = Vec::new();
         if let Some(image) = &self.image {
             // -n: end, and don't ask, where a human would be asked.
@@ -273,7 +294,19 @@ impl Built {
 
     fn demand_verdict(&self, run: &Run, clocks: usize) -> Result<(), ToolError> {
         let verdict = format!("hwgen: replayed {clocks} clocks");
-        if run.says(&verdict) {
+        let contract = run.output.lines().find_map(|line| {
+            let rest = line.strip_prefix("hwgen: block ")?;
+            let (instance, rest) = rest.split_once(": expected ")?;
+            let (expected, found) = rest.split_once(", found ")?;
+            Some(ToolError::Contract {
+                instance: instance.to_owned(),
+                expected: expected.to_owned(),
+                found: found.to_owned(),
+            })
+        });
+        if let Some(error) = contract {
+            Err(error)
+        } else if run.says(&verdict) {
             Ok(())
         } else {
             Err(run.no_verdict(self.simulator.name(), format!("`{verdict}`")))

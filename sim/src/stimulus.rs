@@ -5,6 +5,12 @@ use hwgen_spec::format::QFormat;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+pub(crate) mod aim;
+mod cross;
+
+pub(crate) use cross::LONG;
+pub use cross::{Condition, Pairs};
+
 /// Clocks of continuous flow that one segment takes, about.
 const PIECE_CLOCKS: usize = 8192;
 
@@ -17,6 +23,8 @@ pub struct Frame {
     pub lanes: Vec<i64>,
     /// Beats that are sent, TLAST on the last.
     pub beats: usize,
+    /// The conditions that it is made for, where it is one of those that cross them.
+    pub(crate) row: Option<cross::Row>,
 }
 
 /// How frames are sent and answers taken.
@@ -30,10 +38,14 @@ pub enum Flow {
     BackPressure,
     /// Pauses on both sides, and resets in the middle of it all.
     Reset,
+    /// Pauses on both sides.
+    Mixed,
+    /// As the conditions of each frame say.
+    Crossed,
 }
 
 impl Flow {
-    /// All of them.
+    /// Those that every class of frames is driven in.
     pub const ALL: [Self; 4] = [
         Self::Continuous,
         Self::Idle,
@@ -48,6 +60,8 @@ impl Flow {
             Self::Idle => "idle",
             Self::BackPressure => "back-pressure",
             Self::Reset => "reset",
+            Self::Mixed => "mixed",
+            Self::Crossed => "crossed",
         }
     }
 }
@@ -63,7 +77,59 @@ pub struct Segment {
     pub frames: Vec<Frame>,
     /// Seed of pauses and resets.
     pub seed: u64,
+    /// When resets come.
+    pub resets: Resets,
+    /// Lanes of registers that its resets have to change.
+    pub reset_lanes: Vec<bool>,
+    /// Which simulators replay it.
+    pub share: Share,
 }
+
+/// When resets come.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Resets {
+    /// Never.
+    None,
+    /// At random moments.
+    Random,
+    /// At these moments, one after the other.
+    At(Vec<ResetAt>),
+}
+
+/// A reset at a chosen moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResetAt {
+    /// Cycles since the end of the reset before.
+    pub after: usize,
+    /// Its length in cycles.
+    pub cycles: usize,
+}
+
+impl Resets {
+    /// The chosen moments.
+    pub fn planned(&self) -> &[ResetAt] {
+        match self {
+            Self::At(resets) => resets,
+            _ => &[],
+        }
+    }
+}
+
+/// Which simulators replay a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// All of them.
+    All,
+    /// Those that compile the Verilog: for what would take too long in others.
+    Compiled,
+    /// Those that compile the Verilog if there is one, else all.
+    Fastest,
+    /// Those that interpret it: what they have in place of a longer one.
+    Interpreted,
+}
+
+/// Frames of the run with hundreds of them.
+const MANY_FRAMES: usize = 320;
 
 /// Beyond this interval the continuous flow alone has all corners, and the others share them.
 ///
@@ -77,11 +143,17 @@ const LONG_INTERVAL: usize = 16;
 ///
 /// # Shape
 /// `vectors`: `[row][in]` in raw units; rows and random frames are spread over the flows.
-pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64) -> Vec<Segment> {
+pub fn segments(
+    design: &Design,
+    vectors: &[Vec<f64>],
+    random: usize,
+    seed: u64,
+    thorough: bool,
+) -> Vec<Segment> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let corners = corners(design, &mut rng);
     let random: Vec<Frame> = (0..random)
-        .map(|_| random_frame(design, &mut rng))
+        .map(|_| random_frame(design, true, &mut rng))
         .collect();
     let malformed = malformed(design, &mut rng);
     let rows: Vec<Frame> = vectors
@@ -104,6 +176,12 @@ pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64)
                 flow,
                 frames: frames.to_vec(),
                 seed,
+                resets: match flow {
+                    Flow::Reset => Resets::Random,
+                    _ => Resets::None,
+                },
+                reset_lanes: Vec::new(),
+                share: Share::All,
             });
         }
     };
@@ -133,7 +211,42 @@ pub fn segments(design: &Design, vectors: &[Vec<f64>], random: usize, seed: u64)
         push("random", flow, &share(&random));
         push("file", flow, &share(&rows));
     }
+    segments.extend(crossed(design, &mut rng));
+    segments.extend(aim::segments(design, thorough, &mut rng));
     segments
+}
+
+/// Frames in which all pairs of conditions occur, and hundreds of frames in one run.
+fn crossed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Segment> {
+    let many: Vec<Frame> = (0..MANY_FRAMES)
+        .map(|_| random_frame(design, true, rng))
+        .collect();
+    // Hundreds of frames take long where frames are far apart.
+    let share = match MANY_FRAMES * design.interval_cycles() {
+        0..=PIECE_CLOCKS => Share::All,
+        _ => Share::Compiled,
+    };
+    let mut segment = |name: &str, flow, frames, share| Segment {
+        name: format!("{name} x {}", Flow::name(flow)),
+        flow,
+        frames,
+        seed: rng.random(),
+        resets: Resets::None,
+        reset_lanes: Vec::new(),
+        share,
+    };
+    let mut all = vec![segment("many frames", Flow::Mixed, many, share)];
+    let frames = cross::crossed(design, rng);
+    all.push(Segment {
+        name: "conditions x crossed".into(),
+        flow: Flow::Crossed,
+        frames,
+        seed: rng.random(),
+        resets: Resets::None,
+        reset_lanes: Vec::new(),
+        share: Share::All,
+    });
+    all
 }
 
 /// A frame of the right length; lanes without a word carry noise.
@@ -146,6 +259,7 @@ fn whole(design: &Design, mut codes: Vec<i64>, rng: &mut impl Rng) -> Frame {
     Frame {
         lanes: codes,
         beats: source.beats(),
+        row: None,
     }
 }
 
@@ -212,8 +326,8 @@ fn corners(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Frame> {
         .collect()
 }
 
-/// Uniform in the box; one frame in sixteen has a word from anywhere in its lane.
-fn random_frame(design: &Design, rng: &mut ChaCha8Rng) -> Frame {
+/// Uniform in the box; with `strays`, one frame in sixteen has a word from anywhere in its lane.
+fn random_frame(design: &Design, strays: bool, rng: &mut ChaCha8Rng) -> Frame {
     let input = design.input();
     let mut codes: Vec<i64> = input
         .low
@@ -221,7 +335,7 @@ fn random_frame(design: &Design, rng: &mut ChaCha8Rng) -> Frame {
         .zip(&input.high)
         .map(|(low, high)| rng.random_range(*low..=*high))
         .collect();
-    if rng.random_ratio(1, 16) {
+    if strays && rng.random_ratio(1, 16) {
         let lane = lane_format(design);
         let at = rng.random_range(0..codes.len());
         codes[at] = rng.random_range(lane.min_code()..=lane.max_code());
@@ -240,7 +354,7 @@ fn malformed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Frame> {
     lengths
         .into_iter()
         .map(|beats| {
-            let mut frame = random_frame(design, rng);
+            let mut frame = random_frame(design, true, rng);
             let lanes = beats * design.source().words_per_beat;
             while frame.lanes.len() < lanes {
                 let filler = frame.lanes[frame.lanes.len() % 3 % frame.lanes.len()];

@@ -22,6 +22,8 @@ pub const PERIOD_PS: u64 = 10_000;
 
 /// Name that the bench gives the core.
 const DUT: &str = "u_dut";
+/// Name of the number that the bench was given.
+const NONCE: &str = "nonce_q";
 /// Name of the core's clock.
 const CLOCK: &str = "aclk";
 
@@ -76,12 +78,22 @@ impl<'a> Row<'a> {
     }
 }
 
+/// When lanes are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// After rising edge so and so, from 0.
+    Edge(usize),
+    /// Later, before the next rising edge: what a flip-flop behind the core samples.
+    Between(usize),
+}
+
 /// An opened dump, VCD or FST.
 pub struct Dump {
     path: PathBuf,
     waveform: StreamingWaveform<std::io::BufReader<std::fs::File>>,
     signals: HashMap<String, Signal>,
     clock: SignalRef,
+    nonce: Option<SignalRef>,
     /// Picoseconds in a time unit of the dump, as a fraction.
     unit_ps: (u64, u64),
 }
@@ -137,11 +149,13 @@ impl Dump {
         let mut signals = HashMap::new();
         collect_signals(&waveform, dut, "", &mut signals);
         let clock = signals.get(CLOCK).ok_or_else(no_dut)?.reference;
+        let nonce = find_nonce(&waveform);
         Ok(Self {
             path: path.to_owned(),
             waveform,
             signals,
             clock,
+            nonce,
             unit_ps,
         })
     }
@@ -152,7 +166,8 @@ impl Dump {
     }
 
     /// Calls `visit` with the number of each rising edge and all lanes after all events of its
-    /// time, in the order of time, until it breaks. Returns the number of edges visited.
+    /// time, and again after all events of each time until the next one, in the order of time,
+    /// until it breaks. Returns the number of edges visited.
     ///
     /// # Errors
     /// If a register is missing or has another width, the dump is malformed, an edge is not where
@@ -161,7 +176,7 @@ impl Dump {
         &mut self,
         registers: &[Register],
         edges: usize,
-        mut visit: impl FnMut(usize, Row<'_>) -> ControlFlow<()>,
+        mut visit: impl FnMut(Moment, Row<'_>) -> ControlFlow<()>,
     ) -> Result<usize, TraceError> {
         let mut targets: HashMap<SignalRef, Vec<Target>> = HashMap::new();
         for (register, offset) in registers.iter().zip(offsets(registers)) {
@@ -237,6 +252,45 @@ impl Dump {
         }
     }
 
+    /// Makes sure that the dump is of the run that was given this number.
+    ///
+    /// # Errors
+    /// [`TraceError::Nonce`] if it has another one, or none.
+    pub fn demand_nonce(&mut self, expected: u64) -> Result<(), TraceError> {
+        let wrong = |found: String| TraceError::Nonce { expected, found };
+        let nonce = self.nonce.ok_or_else(|| wrong("none".into()))?;
+        let waveform = &mut self.waveform;
+        let mut found: Option<u64> = None;
+        let outcome = guarded(|| {
+            waveform.stream_changes(
+                Filter::include_signals(&[nonce]),
+                |_, _, value: SignalValueRef<'_>| {
+                    if let SignalValueRef::BitVec(vector) = value {
+                        found = vector.be_bytes().map(|bytes| {
+                            bytes
+                                .iter()
+                                .fold(0, |word, byte| word << 8 | u64::from(*byte))
+                        });
+                    }
+                    // It is set before the first edge; what it is later does not matter.
+                    if found == Some(expected) {
+                        Err(())
+                    } else {
+                        Ok(())
+                    }
+                },
+            )
+        });
+        match outcome {
+            _ if found == Some(expected) => Ok(()),
+            Err(reason) => Err(TraceError::Unreadable {
+                path: self.path.clone(),
+                reason,
+            }),
+            Ok(_) => Err(wrong(found.map_or("none".into(), |n| format!("{n:016x}")))),
+        }
+    }
+
     /// The lanes of one register after each rising edge.
     ///
     /// # Errors
@@ -250,9 +304,11 @@ impl Dump {
         edges: usize,
     ) -> Result<Vec<Vec<RtlValue>>, TraceError> {
         let mut rows = Vec::new();
-        self.replay(std::slice::from_ref(register), edges, |_, row| {
+        self.replay(std::slice::from_ref(register), edges, |moment, row| {
             let lanes = register.lanes.iter().enumerate();
-            rows.push(lanes.map(|(l, bits)| row.value(l, *bits)).collect());
+            if let Moment::Edge(_) = moment {
+                rows.push(lanes.map(|(l, bits)| row.value(l, *bits)).collect());
+            }
             ControlFlow::Continue(())
         })?;
         Ok(rows)
@@ -306,13 +362,16 @@ impl State {
     /// After the last event of a time: was there a rising edge?
     fn end_step(
         &mut self,
-        visit: &mut impl FnMut(usize, Row<'_>) -> ControlFlow<()>,
+        visit: &mut impl FnMut(Moment, Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), Stop> {
         // From X to 1 is no edge: the bench starts at 0.
         let rises = self.clock_before == Some(false) && self.clock_now == Some(true);
         self.clock_before = self.clock_now;
         if !rises {
-            return Ok(());
+            let Some(clock) = self.edges.checked_sub(1).filter(|c| *c < self.expected) else {
+                return Ok(());
+            };
+            return self.show(Moment::Between(clock), visit);
         }
         let clock = self.edges;
         let found_ps = self.time.saturating_mul(self.unit_ps.0) / self.unit_ps.1;
@@ -329,11 +388,19 @@ impl State {
             // Counted on, for the message.
             return Ok(());
         }
+        self.show(Moment::Edge(clock), visit)
+    }
+
+    fn show(
+        &self,
+        moment: Moment,
+        visit: &mut impl FnMut(Moment, Row<'_>) -> ControlFlow<()>,
+    ) -> Result<(), Stop> {
         let row = Row {
             bits: &self.bits,
             unknown: &self.unknown,
         };
-        match visit(clock, row) {
+        match visit(moment, row) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Stop::Enough),
         }
@@ -385,6 +452,30 @@ fn ones(bits: u32) -> u64 {
     u64::MAX >> (64 - bits)
 }
 
+/// The number that the bench was given, wherever the bench is.
+fn find_nonce<R: std::io::BufRead + std::io::Seek>(
+    waveform: &StreamingWaveform<R>,
+) -> Option<SignalRef> {
+    let hierarchy = waveform.hierarchy();
+    let mut level: Vec<ScopeRef> = hierarchy.scopes().collect();
+    while !level.is_empty() {
+        // Not in the core: a core could claim anything.
+        level.retain(|s| hierarchy[*s].name(hierarchy) != DUT);
+        for scope in &level {
+            for var in hierarchy[*scope].vars(hierarchy) {
+                if hierarchy[var].name(hierarchy) == NONCE {
+                    return Some(hierarchy[var].signal_ref());
+                }
+            }
+        }
+        level = level
+            .iter()
+            .flat_map(|s| hierarchy[*s].scopes(hierarchy))
+            .collect();
+    }
+    None
+}
+
 /// The outermost instance of that name.
 fn find_dut<R: std::io::BufRead + std::io::Seek>(
     waveform: &StreamingWaveform<R>,
@@ -432,9 +523,27 @@ fn collect_signals<R: std::io::BufRead + std::io::Seek>(
     }
 }
 
-/// Runs the dump's reader; it panics on some malformed files, which is not a bug of ours.
+thread_local! {
+    /// Whether the dump's reader is at work in this thread.
+    static READING: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Runs the dump's reader; it panics on some malformed files, which is not a bug of ours: the panic
+/// becomes an error, and is not printed.
 fn guarded<T>(read: impl FnOnce() -> T) -> Result<T, String> {
-    catch_unwind(AssertUnwindSafe(read)).map_err(|panic| {
+    static HOOK: std::sync::Once = std::sync::Once::new();
+    HOOK.call_once(|| {
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if !READING.get() {
+                before(panic);
+            }
+        }));
+    });
+    READING.set(true);
+    let outcome = catch_unwind(AssertUnwindSafe(read));
+    READING.set(false);
+    outcome.map_err(|panic| {
         panic
             .downcast_ref::<String>()
             .cloned()

@@ -8,7 +8,7 @@ use hwgen_spec::network::FloatNet;
 
 use crate::error::{SimError, ToolError};
 use crate::session::{self, Session, stimulus_text};
-use crate::simulator::{BuildPlan, Purpose, Simulator};
+use crate::simulator::{BuildPlan, Purpose, Simulator, Text};
 use crate::stimulus::segments;
 use crate::tool::Toolbox;
 use crate::work::WorkDir;
@@ -17,17 +17,23 @@ mod difference;
 mod float_error;
 mod replay;
 mod report;
+mod stimulus;
+mod structure;
 
-pub use report::{Cycles, FirstDifference, OutputError, Report, SimulatorRun, Verdict};
+pub use report::{
+    Cycles, FirstDifference, OutputError, Report, SimulatorRun, Stimulus, StructureReport, Verdict,
+};
 
-use replay::{Case, Outcome, Steps, replay_all};
+use replay::{Case, Found, Outcome, Steps, replay_all};
 
 /// What is to be checked, with what.
 pub struct VerifyPlan<'a> {
     /// Directory of the bundle.
     pub bundle: PathBuf,
-    /// Verilog files of the core, below the bundle's directory.
+    /// Verilog files of the core, below the bundle's directory: simulated as they lie there.
     pub sources: Vec<String>,
+    /// What is simulated around the core. It follows from the design and is generated, not read.
+    pub harness: Harness,
     /// The design that the bundle states.
     pub design: &'a Design,
     /// The float reference.
@@ -38,6 +44,8 @@ pub struct VerifyPlan<'a> {
     pub random: usize,
     /// Seed of random frames, gaps and back-pressure.
     pub seed: u64,
+    /// Every reset of the sweep in every simulator, at whatever interval.
+    pub thorough: bool,
     /// The simulators, at least one.
     pub simulators: Vec<Simulator>,
     /// Where tools are found.
@@ -49,6 +57,19 @@ pub struct VerifyPlan<'a> {
     pub cache_dir: PathBuf,
     /// How long a build or a replay may take.
     pub timeout: Duration,
+}
+
+/// What is simulated around a core.
+#[derive(Clone, Debug)]
+pub struct Harness {
+    /// The replaying bench, for all simulators.
+    pub bench: Text,
+    /// Clock and dump around it, for Icarus.
+    pub bench_icarus: Text,
+    /// Clock and dump around it, for Verilator.
+    pub main_cpp: Text,
+    /// Models of the device's blocks, each named as its module.
+    pub models: Vec<Text>,
 }
 
 /// What the check is doing.
@@ -75,8 +96,14 @@ pub fn verify(
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Report, SimError> {
     let _work = WorkDir::claim(&plan.work_dir)?;
-    let segments = segments(plan.design, &plan.vectors, plan.random, plan.seed);
-    let steps = 1 + plan.simulators.len() * (1 + segments.len());
+    let segments = segments(
+        plan.design,
+        &plan.vectors,
+        plan.random,
+        plan.seed,
+        plan.thorough,
+    );
+    let steps = 2 + plan.simulators.len() * (1 + segments.len());
     let progress = Steps::new(progress, steps);
     progress.start("model: driving the pins");
     let mut sessions: Vec<Session> = Vec::with_capacity(segments.len());
@@ -101,11 +128,17 @@ pub fn verify(
         error_vs_float: float_error::measure(plan),
         rows_outside_box: rows_outside_box(plan),
         frames_saturated: sessions.iter().map(|s| s.saturated).sum(),
+        stimulus: stimulus::summary(plan.design, &segments, &sessions),
+        structure: StructureReport::default(),
         first_difference: difference::of_sessions(&segments, &sessions),
     };
-    if report.first_difference.is_some() {
+    if report.first_difference.is_some() || !report.stimulus.missing.is_empty() {
         return Ok(report);
     }
+    progress.start("yosys: registers and memories");
+    let (structure, extra) = structure::check(plan)?;
+    (report.structure, report.first_difference) = (structure, extra);
+    progress.done();
 
     let mut built = Vec::new();
     for simulator in &plan.simulators {
@@ -117,7 +150,9 @@ pub fn verify(
         ));
         progress.done();
     }
-    let outcomes = replay_all(plan, &built, &cases, &progress)?;
+    // It is in no file and no report before the run, so that no dump can be made beforehand.
+    let nonce = rand::random();
+    let outcomes = replay_all(plan, &built, &cases, nonce, &progress)?;
     for (i, (built, build_time)) in built.iter().enumerate() {
         let mine: Vec<&Outcome> = outcomes.iter().filter(|o| o.simulator == i).collect();
         let differs = mine
@@ -143,16 +178,19 @@ pub fn verify(
         if let (None, Some((outcome, found))) = (&report.first_difference, first) {
             let case = &cases[outcome.case];
             let dump = plan.work_dir.join(case.dump(built.simulator()));
-            report.first_difference = Some(difference::of_registers(
-                plan,
-                case,
-                built.simulator(),
-                &dump,
-                found,
-            )?);
+            let simulator = built.simulator();
+            report.first_difference = Some(match found {
+                Found::Value(found) => {
+                    difference::of_registers(plan, case, simulator, &dump, found)?
+                }
+                Found::Shape { signal, note } => {
+                    difference::of_shape(plan, case, simulator.name(), signal, note)
+                }
+            });
         }
     }
     report.verified = report.first_difference.is_none()
+        && report.stimulus.missing.is_empty()
         && report.latency_cycles.measured == Some(report.latency_cycles.stated)
         && report.interval_cycles.measured == Some(report.interval_cycles.stated)
         && !report.runs.is_empty()
@@ -167,9 +205,10 @@ fn build_plan(plan: &VerifyPlan<'_>, simulator: Simulator) -> BuildPlan {
     BuildPlan {
         design: name.to_owned(),
         sources: plan.sources.iter().map(|s| plan.bundle.join(s)).collect(),
-        bench: plan.bundle.join(format!("tb/{name}_tb.v")),
-        bench_icarus: plan.bundle.join(format!("tb/{name}_tb_icarus.v")),
-        main_cpp: plan.bundle.join("tb/sim_main.cpp"),
+        bench: plan.harness.bench.clone(),
+        bench_icarus: plan.harness.bench_icarus.clone(),
+        main_cpp: plan.harness.main_cpp.clone(),
+        models: plan.harness.models.clone(),
         work_dir: plan.work_dir.join(format!("{}-build", simulator.name())),
         cache_dir: plan.cache_dir.clone(),
         purpose: Purpose::Trace,

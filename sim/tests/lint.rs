@@ -30,7 +30,11 @@ fn the_benches_have_no_lint() {
     let directory = tempfile::tempdir().expect("a directory");
     let plan = support::plan(directory.path(), directory.path(), |_, text| text);
     let mut files = plan.sources.clone();
-    files.extend([plan.bench, plan.bench_icarus]);
+    files.extend([plan.bench, plan.bench_icarus].map(|bench| {
+        let path = directory.path().join(bench.name);
+        std::fs::write(&path, bench.text).expect("written");
+        path
+    }));
     // The time scale of the option is that of all modules that state none.
     assert_silent(
         &VERILATOR,

@@ -9,6 +9,9 @@ use hwgen_sim::error::ToolError;
 use hwgen_sim::simulator::{ReplayPlan, Simulator};
 use hwgen_sim::tool::{ICARUS, ICEPACK, Invocation, TOOLS, Toolbox, VERILATOR, run};
 
+/// What each run is given, and its dump must contain.
+const NONCE: u64 = 0x0123_4567_89ab_cdef;
+
 mod support;
 
 const ICARUS_VERSION: &str =
@@ -257,6 +260,7 @@ fn a_simulator_that_does_nothing_or_lies_or_hangs_is_an_error() {
         built.replay(&ReplayPlan {
             stimulus: stimulus.clone(),
             clocks: 1,
+            nonce: NONCE,
             dump: dump.clone(),
             timeout: Duration::from_secs(1),
         })

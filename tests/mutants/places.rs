@@ -60,7 +60,7 @@ fn first_difference(bundle: &Path, source: &Source, what: &str) -> FirstDifferen
 
 /// The first clock at which a ROM shows word `address`: one behind its counter.
 fn first_read(design: &Design, counter: &str, address: usize) -> usize {
-    let pins = &segments(design, &[], RANDOM, SEED)[0];
+    let pins = &segments(design, &[], RANDOM, SEED, false)[0];
     let pins = session::run(design, pins).pins;
     let mut model = Model::new(design);
     let at: usize = {

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use hwgen::harness::harness;
 use hwgen_gen::Source;
 use hwgen_sim::error::SimError;
 use hwgen_sim::simulator::Simulator;
@@ -43,12 +44,14 @@ pub fn check_source(bundle: &Path, source: &Source, check: &Check<'_>) -> Result
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let plan = VerifyPlan {
         bundle: bundle.to_owned(),
-        sources: source.simulated(),
+        sources: source.rtl(),
+        harness: harness(source),
         design: &source.design,
         net: &source.net,
         vectors: Vec::new(),
         random: check.random,
         seed: check.seed,
+        thorough: false,
         simulators: check.simulators.to_vec(),
         toolbox: &Toolbox::new(root),
         work_dir: bundle.with_extension("work"),

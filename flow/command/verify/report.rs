@@ -9,14 +9,36 @@ use crate::failure::{Exit, Failure};
 use crate::layout::{columns, counted, row, significant};
 
 /// The last line of a check that found no difference.
-pub(crate) const VERIFIED: &str =
-    "\nverified: model and RTL are equal in every register at every clock.\n";
+pub(crate) fn verified(report: &Report) -> String {
+    let structure = match report.structure.checked {
+        true => "and the RTL has no other register or memory",
+        false => "structure: not checked (no Yosys)",
+    };
+    format!("\nverified: model and RTL are equal in every register at every cycle; {structure}.\n")
+}
 
 /// Why a report is no proof, if it isn't: a difference, or something that was not compared.
 pub(crate) fn judge(report: &Report, simulators: &[Simulator]) -> Option<Failure> {
+    if let Some(missing) = report.stimulus.missing.first() {
+        let message = format!(
+            "the stimulus has not driven all that it should: expected {missing}, found none"
+        );
+        return Some(
+            Failure::new(Exit::Difference, "stimulus", message)
+                .help("this is a fault of hwgen: please report the weights file and the seed"),
+        );
+    }
+    if let Some((difference, note)) = report
+        .first_difference
+        .as_ref()
+        .and_then(|d| Some((d, d.note.as_ref()?)))
+    {
+        let message = format!("{}: {note} ({})", difference.signal, difference.simulator);
+        return Some(Failure::new(Exit::Difference, "difference", message));
+    }
     if let Some(difference) = &report.first_difference {
         let message = format!(
-            "{} differs in {} at cycle {} of {}: {} expected, {} found",
+            "{} differs in {} at cycle {} of {}: expected {}, found {}",
             difference.simulator,
             difference.signal,
             difference.cycle,
@@ -108,6 +130,7 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
         &report.latency_cycles,
         &report.interval_cycles,
     ));
+    let _ = write!(text, "\n{}", driven(report));
     if !report.error_vs_float.is_empty() {
         text.push('\n');
         let mut rows = vec![row![
@@ -146,6 +169,45 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
         text.push_str(&in_full(difference));
     }
     text
+}
+
+/// What was driven and what was compared beside the registers, in figures.
+fn driven(report: &Report) -> String {
+    let stimulus = &report.stimulus;
+    let structure = match (&report.structure.tool, report.structure.checked) {
+        (Some(tool), true) => format!(
+            "{}, {}: each one of the model ({tool})",
+            counted(report.structure.registers, "register"),
+            counted_as(report.structure.memories, "memory", "memories"),
+        ),
+        _ => "not checked".into(),
+    };
+    columns(
+        "ll",
+        &[
+            row![
+                "conditions",
+                format!(
+                    "{} of a frame, each {} or more",
+                    counted(stimulus.pairs, "pair"),
+                    counted(stimulus.least_of_a_pair, "time")
+                )
+            ],
+            row![
+                "resets",
+                format!(
+                    "{}, which change {} of registers",
+                    stimulus.resets,
+                    counted(stimulus.words_reset, "word")
+                )
+            ],
+            row!["structure", structure],
+        ],
+    )
+}
+
+fn counted_as(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 fn verdict(verdict: Verdict) -> &'static str {
@@ -197,6 +259,10 @@ fn in_full(difference: &FirstDifference) -> String {
         Some(real) => format!("{code} ({real})"),
         None => code,
     };
+    if let Some(note) = &difference.note {
+        add("found", Some(note.clone()));
+        return columns("ll", &rows);
+    }
     add(
         "model",
         Some(real(difference.model.to_string(), difference.model_real)),

@@ -20,7 +20,12 @@ module CCU2C #(
   output wire S0, S1, COUT
 );
   // Constants that say what is not modelled.
-  initial if (INJECT1_0 != "NO" || INJECT1_1 != "NO") $display("CCU2C: a cell that injects a one");
+  initial begin
+    if (INJECT1_0 != "NO" || INJECT1_1 != "NO") begin
+      $display("hwgen: block %m: expected a cell that injects no one, found one that does");
+      $finish;
+    end
+  end
 
   wire table0    = INIT0[{D0, C0, B0, A0}];
   wire table1    = INIT1[{D1, C1, B1, A1}];

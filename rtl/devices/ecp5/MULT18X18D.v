@@ -3,8 +3,8 @@
 //
 // Function:  P = A * B, signed or unsigned by SIGNEDA and SIGNEDB; ROA and ROB show the operands.
 // Registers: at both operands and at the product, each if its parameter names CLK0.
-// Left out:  cascades, operand C, enables, resets, other clocks, all tied off by hwg_mul and without
-//            effect here; a pipeline register, which ends the simulation.
+// Left out:  cascades, operand C, enables, resets, other clocks, all tied off by hwg_mul: one that is
+//            tied otherwise ends the simulation, as a pipeline register does.
 // Source:    Lattice FPGA-TN-02205, ECP5 and ECP5-5G sysDSP usage guide.
 `default_nettype none
 
@@ -73,9 +73,25 @@ module MULT18X18D #(
     end
   endgenerate
 
+  // A pin that is tied in another way would change what the block does: none of that is modelled.
+  always @(posedge CLK0) begin
+    if ({CE0, CE1, CE2, CE3} !== {4{1'b1}}) begin
+      $display("hwgen: block %m: expected ones at CE0 CE1 CE2 CE3, found %b",
+               {CE0, CE1, CE2, CE3});
+      $finish;
+    end
+    if ({RST0, RST1, RST2, RST3, SOURCEA, SOURCEB, CLK1, CLK2, CLK3, C0, C1, C2, C3, C4, C5,
+         C6, C7, C8, C9, C10, C11, C12, C13, C14, C15, C16, C17} !== {27{1'b0}}) begin
+      $display("hwgen: block %m: expected zeros at RST0 RST1 RST2 RST3 SOURCEA SOURCEB CLK1 CLK2 CLK3 C, found %b",
+               {RST0, RST1, RST2, RST3, SOURCEA, SOURCEB, CLK1, CLK2, CLK3, C0, C1, C2, C3, C4, C5,
+                C6, C7, C8, C9, C10, C11, C12, C13, C14, C15, C16, C17});
+      $finish;
+    end
+  end
+
   initial begin
     if (REG_PIPELINE_CLK != "NONE") begin
-      $display("MULT18X18D: a pipeline register is not modelled");
+      $display("hwgen: block %m: expected no pipeline register, found one at %s", REG_PIPELINE_CLK);
       $finish;
     end
   end

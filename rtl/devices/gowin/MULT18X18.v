@@ -4,7 +4,7 @@
 // Function:  DOUT = A * B, 18 bits times 18 bits, signed or unsigned by ASIGN and BSIGN.
 // Registers: at both operands, behind the multiplier and, with OUT_REG, at the output.
 // Left out:  the enable, the reset and words from a block beside it, all tied off by hwg_mul; another
-//            setting of a parameter ends the simulation.
+//            setting of a pin or parameter ends the simulation.
 // Source:    Gowin UG287, Gowin DSP user guide, section 4.1.
 `default_nettype none
 
@@ -44,9 +44,23 @@ module MULT18X18 #(
   end
 
 `ifndef SYNTHESIS
+  // A pin that is tied in another way would change what the block does: none of that is modelled.
+  always @(posedge CLK) begin
+    if ({CE} !== {1{1'b1}}) begin
+      $display("hwgen: block %m: expected ones at CE, found %b",
+               {CE});
+      $finish;
+    end
+    if ({RESET, ASEL, BSEL, SIA, SIB} !== {39{1'b0}}) begin
+      $display("hwgen: block %m: expected zeros at RESET ASEL BSEL SIA SIB, found %b",
+               {RESET, ASEL, BSEL, SIA, SIB});
+      $finish;
+    end
+  end
+
   initial begin
     if (!AREG || !BREG || !PIPE_REG) begin
-      $display("MULT18X18: a setting that is not modelled");
+      $display("hwgen: block %m: expected registers at operands and product, found none");
       $finish;
     end
   end

@@ -5,7 +5,7 @@
 // Registers: at both operands (A_REG, B_REG), behind the product (PIPELINE_16x16_MULT_REG2), and at the
 //            output, from the adder to which product and constants C and D go.
 // Left out:  the other multiplications, accumulation, carries, holds, loads, enables and resets, all
-//            tied off by hwg_mul; another setting of a parameter ends the simulation.
+//            tied off by hwg_mul; another setting of a pin or parameter ends the simulation.
 // Source:    Lattice FPGA-TN-02007, DSP function usage guide for iCE40 devices.
 `default_nettype none
 
@@ -58,11 +58,27 @@ module SB_MAC16 #(
     bottom_q <= p_q[15:0] + D;
   end
 
+  // A pin that is tied in another way would change what the block does: none of that is modelled.
+  always @(posedge CLK) begin
+    if ({CE} !== {1{1'b1}}) begin
+      $display("hwgen: block %m: expected ones at CE, found %b",
+               {CE});
+      $finish;
+    end
+    if ({AHOLD, BHOLD, CHOLD, DHOLD, IRSTTOP, IRSTBOT, ORSTTOP, ORSTBOT, OLOADTOP, OLOADBOT,
+         ADDSUBTOP, ADDSUBBOT, OHOLDTOP, OHOLDBOT, CI, ACCUMCI, SIGNEXTIN, C, D} !== {49{1'b0}}) begin
+      $display("hwgen: block %m: expected zeros at AHOLD BHOLD CHOLD DHOLD IRSTTOP IRSTBOT ORSTTOP ORSTBOT OLOADTOP OLOADBOT ADDSUBTOP ADDSUBBOT OHOLDTOP OHOLDBOT CI ACCUMCI SIGNEXTIN C D, found %b",
+               {AHOLD, BHOLD, CHOLD, DHOLD, IRSTTOP, IRSTBOT, ORSTTOP, ORSTBOT, OLOADTOP, OLOADBOT,
+                ADDSUBTOP, ADDSUBBOT, OHOLDTOP, OHOLDBOT, CI, ACCUMCI, SIGNEXTIN, C, D});
+      $finish;
+    end
+  end
+
   initial begin
     if (!(A_REG && B_REG && PIPELINE_16x16_MULT_REG2
           && TOPOUTPUT_SELECT == 2'd1 && TOPADDSUB_LOWERINPUT == 2'd2 && TOPADDSUB_UPPERINPUT
           && BOTOUTPUT_SELECT == 2'd1 && BOTADDSUB_LOWERINPUT == 2'd2 && BOTADDSUB_UPPERINPUT)) begin
-      $display("SB_MAC16: a setting that is not modelled");
+      $display("hwgen: block %m: expected the parameters of hwg_mul, found others");
       $finish;
     end
   end

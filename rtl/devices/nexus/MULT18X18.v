@@ -3,8 +3,8 @@
 //
 // Function:  Z = A * B, 18 bits times 18 bits, signed or unsigned by SIGNEDA and SIGNEDB.
 // Registers: at both operands, their signs with them, and at the output.
-// Left out:  enables and resets, all tied off by hwg_mul; another setting of a parameter ends the
-//            simulation.
+// Left out:  enables and resets, all tied off by hwg_mul; another setting of a pin or parameter ends
+//            the simulation.
 // Source:    Lattice FPGA-TN-02096, sysDSP usage guide for Nexus platform.
 `default_nettype none
 
@@ -39,9 +39,23 @@ module MULT18X18 #(
     z_q <= product[35:0];
   end
 
+  // A pin that is tied in another way would change what the block does: none of that is modelled.
+  always @(posedge CLK) begin
+    if ({CEA, CEB, CEOUT} !== {3{1'b1}}) begin
+      $display("hwgen: block %m: expected ones at CEA CEB CEOUT, found %b",
+               {CEA, CEB, CEOUT});
+      $finish;
+    end
+    if ({RSTA, RSTB, RSTOUT} !== {3{1'b0}}) begin
+      $display("hwgen: block %m: expected zeros at RSTA RSTB RSTOUT, found %b",
+               {RSTA, RSTB, RSTOUT});
+      $finish;
+    end
+  end
+
   initial begin
     if (REGINPUTA != "REGISTER" || REGINPUTB != "REGISTER" || REGOUTPUT != "REGISTER") begin
-      $display("MULT18X18: a setting that is not modelled");
+      $display("hwgen: block %m: expected registers at operands and product, found none");
       $finish;
     end
   end

@@ -18,9 +18,8 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
     let mut inputs = input::core(&plan.sources)?;
-    for bench in [&plan.bench, &plan.bench_icarus] {
-        inputs.push(Input::read(bench)?);
-    }
+    inputs.extend(plan.models.iter().map(Input::from));
+    inputs.extend([&plan.bench, &plan.bench_icarus].map(Input::from));
     let compiler = tools.find(&ICARUS)?;
     let runtime = tools.find(&VVP)?;
     let directory = std::path::absolute(&plan.work_dir).map_err(io(&plan.work_dir))?;

@@ -4,11 +4,9 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::text;
 use crate::error::ToolError;
 use crate::tool::run::io;
-
-/// What makes a source depend on a file that is not among the sources.
-const OUTSIDE: [&str; 4] = ["`include", "$readmem", "$fopen", "$system"];
 
 /// Where copies go, below the directory in which a compiler runs.
 const FOLDER: &str = "src";
@@ -19,6 +17,24 @@ pub(super) struct Input {
     /// and dumps stumble over spaces and quotes.
     pub(super) name: OsString,
     pub(super) text: Vec<u8>,
+}
+
+/// A text that the caller supplies: a bench, a program around it, a model of a block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Text {
+    /// Its file name.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+impl From<&Text> for Input {
+    fn from(text: &Text) -> Self {
+        Self {
+            name: text.name.clone().into(),
+            text: text.text.clone().into_bytes(),
+        }
+    }
 }
 
 impl Input {
@@ -33,19 +49,16 @@ impl Input {
 /// The Verilog of a core.
 ///
 /// # Errors
-/// [`ToolError::Outside`] if it reads other files: a check would not see them change.
+/// [`ToolError::Refused`] if a simulator could read it in another way than synthesis does, or it
+/// calls the simulator or reads other files.
 pub(super) fn core(paths: &[PathBuf]) -> Result<Vec<Input>, ToolError> {
     paths
         .iter()
         .map(|path| {
             let input = Input::read(path)?;
             let text = String::from_utf8_lossy(&input.text);
-            let found = |line: &str| OUTSIDE.into_iter().find(|word| line.contains(word));
-            match (1..)
-                .zip(text.lines())
-                .find_map(|(n, l)| Some((n, found(l)?)))
-            {
-                Some((line, found)) => Err(ToolError::Outside {
+            match text::refused(&text) {
+                Some((line, found)) => Err(ToolError::Refused {
                     path: path.clone(),
                     line,
                     found,

@@ -14,6 +14,8 @@ use crate::tool::run::{io, run_in};
 use crate::tool::{CXX, FoundTool, Invocation, MAKE, Toolbox, VERILATOR};
 
 const PROGRAM: &str = "Vtb";
+/// Digest of the program, beside it.
+const DIGEST: &str = "Vtb.sha256";
 const LABEL: &str = "verilator-build";
 /// Prefix of an entry of the cache that is not whole yet.
 const ASIDE: &str = ".building-";
@@ -28,9 +30,8 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
     let mut inputs = input::core(&plan.sources)?;
-    for bench in [&plan.bench, &plan.main_cpp] {
-        inputs.push(Input::read(bench)?);
-    }
+    inputs.extend(plan.models.iter().map(Input::from));
+    inputs.extend([&plan.bench, &plan.main_cpp].map(Input::from));
     tools.find(&MAKE)?;
     let compiler = tools.find(&CXX)?;
     let verilator = tools.find(&VERILATOR)?;
@@ -40,7 +41,7 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     let entry = cache.join(key(plan, &inputs, [&verilator, &compiler]));
 
     let work = std::path::absolute(&plan.work_dir).map_err(io(&plan.work_dir))?;
-    let cached = entry.join(PROGRAM).is_file();
+    let cached = is_whole(&entry)?;
     if cached {
         copy_logs(&entry, &work)?;
     } else {
@@ -50,14 +51,16 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
         let aside = Scratch::new(ASIDE, &cache).map_err(io(&cache))?;
         copy_logs(&work, aside.path())?;
         copy_program(&program, &aside.path().join(PROGRAM)).map_err(io(&program))?;
+        let digest = aside.path().join(DIGEST);
+        std::fs::write(&digest, digest_of(&program)?).map_err(io(&digest))?;
         // What has no program is no build: left by someone who meddled with the cache.
-        if entry.is_dir() && !entry.join(PROGRAM).is_file() {
+        if entry.is_dir() && !is_whole(&entry)? {
             std::fs::remove_dir_all(&entry).map_err(io(&entry))?;
         }
         match std::fs::rename(aside.path(), &entry) {
             Ok(()) => {}
             // Another was first; its build is as good.
-            Err(_) if entry.join(PROGRAM).is_file() => {}
+            Err(_) if is_whole(&entry)? => {}
             Err(error) => return Err(io(&entry)(error)),
         }
     }
@@ -68,6 +71,22 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
         image: None,
         cached,
     })
+}
+
+/// Whether an entry of the cache has a program, and the one that was put there.
+fn is_whole(entry: &Path) -> Result<bool, ToolError> {
+    let program = entry.join(PROGRAM);
+    if !program.is_file() {
+        return Ok(false);
+    }
+    let stated = std::fs::read_to_string(entry.join(DIGEST)).unwrap_or_default();
+    Ok(digest_of(&program)? == stated)
+}
+
+fn digest_of(program: &Path) -> Result<String, ToolError> {
+    let bytes = std::fs::read(program).map_err(io(program))?;
+    let digest = Sha256::digest(bytes);
+    Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
 }
 
 /// Deletes what builds that were killed have left in the cache.

@@ -43,9 +43,24 @@ pub(super) fn of_sessions(segments: &[Segment], sessions: &[Session]) -> Option<
         rtl: found.expected.to_string(),
         model_real: None,
         rtl_real: None,
+        note: None,
         window: vec![found.note.clone()],
         files: Vec::new(),
     })
+}
+
+/// A register or block that is not what the model expects, whatever its value.
+pub(super) fn of_shape(
+    plan: &VerifyPlan<'_>,
+    case: &Case<'_>,
+    simulator: &str,
+    signal: &str,
+    note: &str,
+) -> FirstDifference {
+    FirstDifference {
+        note: Some(note.to_owned()),
+        ..FirstDifference::at(simulator, &case.segment.name, plan.design, signal)
+    }
 }
 
 /// Where a simulator's registers part from the model's.
@@ -81,6 +96,14 @@ pub(super) fn of_registers(
 
     let clocks = case.clocks;
     let rows = Dump::open(dump)?.values(register, clocks)?;
+    let between = found.between.then(|| {
+        format!(
+            "> later, before edge {}: {} {}",
+            found.clock + 1,
+            simulator.name(),
+            show(&found.rtl, code)
+        )
+    });
     let first = found.clock.saturating_sub(WINDOW);
     let last = (found.clock + WINDOW).min(clocks - 1);
     let window = (first..=last)
@@ -93,6 +116,7 @@ pub(super) fn of_registers(
                 simulator.name()
             )
         })
+        .chain(between)
         .collect();
 
     let model_vcd = plan.work_dir.join(format!("{}.model.vcd", case.stem()));
@@ -130,6 +154,7 @@ pub(super) fn of_registers(
         rtl: show(&found.rtl, code),
         model_real: real(signed(found.model, register.lanes[found.lane])),
         rtl_real: rtl_code.and_then(real),
+        note: None,
         window,
         files: vec![dump.to_owned(), model_vcd, save],
     })

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use super::{Progress, VerifyPlan, io_error};
 use crate::compare::{Difference, Plan, compare_rows};
-use crate::error::SimError;
+use crate::error::{SimError, ToolError, TraceError};
 use crate::model::{Model, Pins};
 use crate::session::{self, Session};
 use crate::simulator::{Built, ReplayPlan, Simulator};
-use crate::stimulus::Segment;
+use crate::stimulus::{Segment, Share};
 use crate::trace::Dump;
 
 /// One segment, and what it was when the model was driven with it.
@@ -66,7 +66,20 @@ pub(super) struct Outcome {
     pub(super) edges: usize,
     pub(super) values_compared: u64,
     pub(super) duration: Duration,
-    pub(super) difference: Option<Difference>,
+    pub(super) difference: Option<Found>,
+}
+
+/// What differs.
+pub(super) enum Found {
+    /// The value of a register or port.
+    Value(Difference),
+    /// A register that is missing or has another width, a block that is tied otherwise.
+    Shape {
+        /// Its path from the core down.
+        signal: String,
+        /// What was expected and found.
+        note: String,
+    },
 }
 
 /// Replays every case in every simulator, as many at a time as there are cores.
@@ -74,11 +87,16 @@ pub(super) fn replay_all(
     plan: &VerifyPlan<'_>,
     built: &[(Built, Duration)],
     cases: &[Case<'_>],
+    nonce: u64,
     progress: &Steps<'_>,
 ) -> Result<Vec<Outcome>, SimError> {
     // The slowest first, so that no core waits long at the end.
     let mut jobs: Vec<(usize, usize)> = (0..built.len())
         .flat_map(|s| (0..cases.len()).map(move |c| (s, c)))
+        .filter(|(s, c)| {
+            let all: Vec<Simulator> = built.iter().map(|(b, _)| b.simulator()).collect();
+            takes_part(all[*s], cases[*c].segment.share, &all)
+        })
         .collect();
     jobs.sort_by_key(|(s, c)| (*s, std::cmp::Reverse(cases[*c].clocks)));
     let queue = Mutex::new(VecDeque::from(jobs));
@@ -101,7 +119,7 @@ pub(super) fn replay_all(
                         simulator.simulator().name(),
                         case.segment.name
                     ));
-                    match replay(plan, simulator, case) {
+                    match replay(plan, simulator, case, nonce) {
                         Ok(outcome) => {
                             lock(&outcomes).push(Outcome {
                                 simulator: s,
@@ -125,15 +143,46 @@ pub(super) fn replay_all(
 }
 
 /// One replay, compared clock by clock with a model that runs along.
-fn replay(plan: &VerifyPlan<'_>, built: &Built, case: &Case<'_>) -> Result<Outcome, SimError> {
+fn replay(
+    plan: &VerifyPlan<'_>,
+    built: &Built,
+    case: &Case<'_>,
+    nonce: u64,
+) -> Result<Outcome, SimError> {
     let start = Instant::now();
     let dump = plan.work_dir.join(case.dump(built.simulator()));
-    built.replay(&ReplayPlan {
+    let differs = |signal: &str, note: String| Outcome {
+        simulator: 0,
+        case: 0,
+        registers: 0,
+        edges: 0,
+        values_compared: 0,
+        duration: start.elapsed(),
+        difference: Some(Found::Shape {
+            signal: signal.to_owned(),
+            note,
+        }),
+    };
+    let replay = built.replay(&ReplayPlan {
         stimulus: plan.work_dir.join(case.stimulus()),
         clocks: case.clocks,
+        nonce,
         dump: dump.clone(),
         timeout: plan.timeout,
-    })?;
+    });
+    match replay {
+        Ok(_) => {}
+        Err(ToolError::Contract {
+            instance,
+            expected,
+            found,
+        }) => {
+            let path = instance.split_once("u_dut.").map_or(&*instance, |(_, p)| p);
+            return Ok(differs(path, format!("expected {expected}, found {found}")));
+        }
+        Err(error) => return Err(error.into()),
+    }
+    Dump::open(&dump)?.demand_nonce(nonce)?;
     let pins = case.pins(plan);
     let mut model = Model::new(plan.design);
     let registers = model.registers();
@@ -148,7 +197,22 @@ fn replay(plan: &VerifyPlan<'_>, built: &Built, case: &Case<'_>) -> Result<Outco
         row.clear();
         model.values(&mut row);
         values.copy_from_slice(&row);
-    })?;
+    });
+    let comparison = match comparison {
+        Ok(comparison) => comparison,
+        Err(TraceError::Width {
+            register,
+            expected,
+            found,
+        }) => {
+            let note = format!("expected {expected} bits, found {found}");
+            return Ok(differs(&register, note));
+        }
+        Err(TraceError::MissingRegister { register, .. }) => {
+            return Ok(differs(&register, "expected a register, found none".into()));
+        }
+        Err(error) => return Err(error.into()),
+    };
     if comparison.first_difference.is_none() {
         std::fs::remove_file(&dump).map_err(|source| io_error(&dump, source))?;
     }
@@ -159,8 +223,18 @@ fn replay(plan: &VerifyPlan<'_>, built: &Built, case: &Case<'_>) -> Result<Outco
         edges: comparison.edges,
         values_compared: comparison.values_compared,
         duration: start.elapsed(),
-        difference: comparison.first_difference,
+        difference: comparison.first_difference.map(Found::Value),
     })
+}
+
+/// Whether a simulator replays the segments of a share.
+fn takes_part(simulator: Simulator, share: Share, all: &[Simulator]) -> bool {
+    match share {
+        Share::All => true,
+        Share::Fastest => simulator == Simulator::Verilator || !all.contains(&Simulator::Verilator),
+        Share::Compiled => simulator == Simulator::Verilator,
+        Share::Interpreted => simulator == Simulator::Icarus,
+    }
 }
 
 /// Counts steps and tells what is going on.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hwgen_spec::design::Design;
 use serde::Serialize;
 
 /// What was promised and what was seen.
@@ -60,6 +61,59 @@ pub struct OutputError {
     pub rms: Option<f64>,
 }
 
+impl FirstDifference {
+    /// One that is not a value, or not yet.
+    pub(super) fn at(simulator: &str, segment: &str, design: &Design, path: &str) -> Self {
+        Self {
+            simulator: simulator.to_owned(),
+            segment: segment.to_owned(),
+            cycle: 0,
+            signal: format!("{}.{path}", design.name()),
+            lane: 0,
+            network: None,
+            layer: None,
+            neuron: None,
+            input: None,
+            model: 0,
+            rtl: String::new(),
+            model_real: None,
+            rtl_real: None,
+            note: None,
+            window: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+}
+
+/// What was driven, in figures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Stimulus {
+    /// Pairs of conditions of a frame that occurred: as malformed and clipped at once.
+    pub pairs: usize,
+    /// How often the rarest of them occurred.
+    pub least_of_a_pair: usize,
+    /// Resets, those at the start aside.
+    pub resets: usize,
+    /// Words of registers that an aimed reset changed: all that one changes at any moment that was
+    /// tried.
+    pub words_reset: usize,
+    /// What should have occurred and did not: then nothing is verified.
+    pub missing: Vec<String>,
+}
+
+/// The comparison of registers and memories with those of the model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StructureReport {
+    /// False where there is no tool that reads the Verilog.
+    pub checked: bool,
+    /// The tool and its version.
+    pub tool: Option<String>,
+    /// Registers of the Verilog, all of which the model has.
+    pub registers: usize,
+    /// Memories likewise.
+    pub memories: usize,
+}
+
 /// Where a simulator parts from the model, or the model from the untimed values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FirstDifference {
@@ -89,6 +143,8 @@ pub struct FirstDifference {
     pub model_real: Option<f64>,
     /// The simulator's value in real units.
     pub rtl_real: Option<f64>,
+    /// What differs, where it is not a value.
+    pub note: Option<String>,
     /// Values around the first difference, a line a cycle.
     pub window: Vec<String>,
     /// The simulator's dump, the model's, and a GTKWave save file that shows both.
@@ -112,6 +168,10 @@ pub struct Report {
     pub rows_outside_box: usize,
     /// Frames with an input outside of the box or a word inside saturated, whatever their class.
     pub frames_saturated: usize,
+    /// What was driven.
+    pub stimulus: Stimulus,
+    /// Registers and memories beside the model's.
+    pub structure: StructureReport,
     /// The first difference, if there is one.
     pub first_difference: Option<FirstDifference>,
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hwgen_sim::simulator::{BuildPlan, Purpose};
+use hwgen_sim::simulator::{BuildPlan, Purpose, Text};
 
 /// Writes the bench for `echo`, the sources with `edit` applied, and says how to build them.
 pub fn plan(directory: &Path, cache: &Path, edit: impl Fn(&str, String) -> String) -> BuildPlan {
@@ -22,7 +22,10 @@ pub fn plan(directory: &Path, cache: &Path, edit: impl Fn(&str, String) -> Strin
             .replace("@{ m_data_bits }@", "24")
             .replace("@{ m_user_bits }@", "1");
         assert!(!text.contains("@{"), "a placeholder was left");
-        write(name, &text)
+        Text {
+            name: name.to_owned(),
+            text,
+        }
     };
     let sources = ["echo.v", "echo_sums.v", "echo_pe.v"]
         .map(|name| {
@@ -35,7 +38,11 @@ pub fn plan(directory: &Path, cache: &Path, edit: impl Fn(&str, String) -> Strin
         sources,
         bench: bench("tb.v", "echo_tb.v"),
         bench_icarus: bench("tb_icarus.v", "echo_tb_icarus.v"),
-        main_cpp: rtl.join("tb/sim_main.cpp"),
+        main_cpp: Text {
+            name: "sim_main.cpp".to_owned(),
+            text: read(&rtl.join("tb/sim_main.cpp")),
+        },
+        models: Vec::new(),
         work_dir: directory.to_owned(),
         cache_dir: cache.to_owned(),
         purpose: Purpose::Trace,

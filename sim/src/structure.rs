@@ -1,0 +1,257 @@
+//! Which registers and memories the Verilog has, as Yosys reads it, beside those of the model.
+//!
+//! A dump shows that each register of the model is in the Verilog. That the Verilog has no other is
+//! asked here: state that the model lacks could spoil an output after any number of cycles.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::Deserialize;
+
+use crate::error::ToolError;
+use crate::record::Register;
+use crate::simulator::place_sources;
+use crate::tool::live::Scratch;
+use crate::tool::run::{io, run_in};
+use crate::tool::{Invocation, Toolbox, YOSYS};
+
+const SCRIPT: &str = "structure.ys";
+const NETLIST: &str = "structure.json";
+
+/// What Yosys is asked about.
+#[derive(Clone, Debug)]
+pub struct StructurePlan<'a> {
+    /// The top module.
+    pub top: &'a str,
+    /// Verilog files of the core.
+    pub sources: &'a [PathBuf],
+    /// Blocks of the device that it may instantiate: their models are the tool's own.
+    pub blocks: &'a [String],
+    /// Where log and record are left.
+    pub work_dir: &'a Path,
+    /// How long it may take.
+    pub timeout: Duration,
+}
+
+/// State of the Verilog that was compared with the model's.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Version of Yosys.
+    pub version: String,
+    /// Registers that the model has too.
+    pub registers: usize,
+    /// Memories that the model has too.
+    pub memories: usize,
+    /// The first thing that the model lacks.
+    pub extra: Option<Extra>,
+}
+
+/// State that the model lacks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Extra {
+    /// Its path from the core down.
+    pub path: String,
+    /// What it is: `a register of 7 bits`.
+    pub what: String,
+}
+
+#[derive(Deserialize)]
+struct Netlist {
+    modules: BTreeMap<String, Module>,
+}
+
+#[derive(Deserialize)]
+struct Module {
+    cells: BTreeMap<String, Cell>,
+    netnames: BTreeMap<String, Net>,
+    #[serde(default)]
+    ports: BTreeMap<String, Port>,
+}
+
+#[derive(Deserialize)]
+struct Port {
+    direction: String,
+    bits: Vec<serde_json::Value>,
+}
+
+#[derive(Deserialize)]
+struct Cell {
+    #[serde(rename = "type")]
+    kind: String,
+    #[serde(default)]
+    parameters: BTreeMap<String, serde_json::Value>,
+    #[serde(default)]
+    connections: BTreeMap<String, Vec<serde_json::Value>>,
+}
+
+#[derive(Deserialize)]
+struct Net {
+    #[serde(default)]
+    hide_name: u8,
+    bits: Vec<serde_json::Value>,
+}
+
+/// Reads the Verilog with Yosys and compares its state with the registers of the model.
+///
+/// # Errors
+/// If Yosys is missing, fails, or leaves no netlist behind.
+pub fn compare(
+    toolbox: &Toolbox,
+    plan: &StructurePlan<'_>,
+    registers: &[Register],
+) -> Result<Structure, ToolError> {
+    let yosys = toolbox.find(&YOSYS)?;
+    let temporary = std::env::temp_dir();
+    let scratch = Scratch::new("hwgen-structure-", &temporary).map_err(io(&temporary))?;
+    let names = place_sources(plan.sources, scratch.path())?;
+    let mut script = String::new();
+    for name in names {
+        script.push_str(&format!("read_verilog {}\n", name.to_string_lossy()));
+    }
+    // No optimization of registers: what is written has to be in the model, read or not.
+    script.push_str(&format!(
+        "hierarchy -top {}\nproc\nflatten\nmemory_collect\nwrite_json {NETLIST}\n",
+        plan.top
+    ));
+    let script_path = scratch.path().join(SCRIPT);
+    std::fs::write(&script_path, script).map_err(io(&script_path))?;
+    let run = run_in(
+        &Invocation {
+            tool: yosys.name.clone(),
+            version: yosys.version.to_string(),
+            program: yosys.path.clone(),
+            arguments: ["-q", "-s", SCRIPT].map(OsString::from).into(),
+            directory: std::path::absolute(plan.work_dir).map_err(io(plan.work_dir))?,
+            label: "structure".to_owned(),
+            timeout: plan.timeout,
+        },
+        scratch.path(),
+    )?;
+    let path = scratch.path().join(NETLIST);
+    let strange = || run.no_verdict(&yosys.name, "a netlist of the core");
+    let file = File::open(&path).map_err(|_| strange())?;
+    let netlist: Netlist = serde_json::from_reader(BufReader::new(file)).map_err(|_| strange())?;
+    let module = netlist.modules.get(plan.top).ok_or_else(strange)?;
+    let (found, memories, extra) = state(module, registers, plan.blocks);
+    Ok(Structure {
+        version: yosys.version.to_string(),
+        registers: found,
+        memories,
+        extra,
+    })
+}
+
+/// Registers and memories that the model has, and the first state that it lacks.
+fn state(
+    module: &Module,
+    registers: &[Register],
+    blocks: &[String],
+) -> (usize, usize, Option<Extra>) {
+    let model: HashMap<&str, u64> = registers.iter().map(|r| (&*r.path, r.bits())).collect();
+    // Bits of the nets that are registers of the model.
+    let mut known: HashMap<u64, &str> = HashMap::new();
+    let mut names: HashMap<u64, &str> = HashMap::new();
+    for (name, net) in &module.netnames {
+        let in_model = model.get(&**name) == Some(&(net.bits.len() as u64));
+        for bit in net.bits.iter().filter_map(serde_json::Value::as_u64) {
+            if in_model {
+                known.insert(bit, name);
+            }
+            if net.hide_name == 0 {
+                names.entry(bit).or_insert(name);
+            }
+        }
+    }
+    // What nothing reads can do no harm: variables of loops, and the registers that Yosys itself makes
+    // for the write ports of memories.
+    let mut read: HashSet<u64> = HashSet::new();
+    for cell in module.cells.values() {
+        let ports = cell.connections.iter().filter(|(port, _)| *port != "Q");
+        read.extend(ports.flat_map(|(_, bits)| bits.iter().filter_map(serde_json::Value::as_u64)));
+    }
+    for port in module.ports.values().filter(|p| p.direction != "input") {
+        read.extend(port.bits.iter().filter_map(serde_json::Value::as_u64));
+    }
+    let mut found: HashSet<&str> = HashSet::new();
+    let mut memories = 0;
+    let mut extra: Vec<Extra> = Vec::new();
+    for (name, cell) in &module.cells {
+        if cell.kind.starts_with("$mem") {
+            if number(cell, "WR_PORTS") == 0 {
+                continue;
+            }
+            let size = number(cell, "SIZE");
+            let path = text(cell, "MEMID").trim_start_matches('\\').to_owned();
+            if is_queue_memory(&model, &path, size, number(cell, "WIDTH")) {
+                memories += 1;
+            } else {
+                let what = format!("a memory of {size} words");
+                extra.push(Extra { path, what });
+            }
+        } else if is_state(&cell.kind) {
+            let q = cell.connections.get("Q").map_or(&[][..], Vec::as_slice);
+            let bits = || q.iter().filter_map(serde_json::Value::as_u64);
+            if bits().all(|bit| !read.contains(&bit)) {
+                continue;
+            }
+            match bits().find(|bit| !known.contains_key(bit)) {
+                None => found.extend(bits().filter_map(|bit| known.get(&bit).copied())),
+                Some(bit) => {
+                    let path = names.get(&bit).map_or(&**name, |name| name);
+                    let kind = if cell.kind.contains("latch") {
+                        "latch"
+                    } else {
+                        "register"
+                    };
+                    extra.push(Extra {
+                        path: path.to_owned(),
+                        what: format!("a {kind} of {} bits", q.len()),
+                    });
+                }
+            }
+        } else if !cell.kind.starts_with('$') && !blocks.contains(&cell.kind) {
+            extra.push(Extra {
+                path: name.clone(),
+                what: format!("an instance of `{}`, which is not in the bundle", cell.kind),
+            });
+        }
+    }
+    extra.sort_by(|a, b| a.path.cmp(&b.path));
+    (found.len(), memories, extra.into_iter().next())
+}
+
+/// Cells of Yosys that keep a value.
+fn is_state(kind: &str) -> bool {
+    kind.starts_with('$') && (kind.contains("ff") || kind.contains("latch") || kind == "$sr")
+}
+
+/// The memory of `hwg_queue`, which shows each of its words to the dump.
+fn is_queue_memory(model: &HashMap<&str, u64>, path: &str, words: u64, bits: u64) -> bool {
+    let Some(queue) = path.strip_suffix("memory") else {
+        return false;
+    };
+    let word = |i: u64| format!("{queue}g_word[{i}].word");
+    words > 0
+        && (0..words).all(|i| model.get(&*word(i)) == Some(&bits))
+        && !model.contains_key(&*word(words))
+}
+
+/// A parameter, which Yosys writes as its bits.
+fn number(cell: &Cell, name: &str) -> u64 {
+    match cell.parameters.get(name) {
+        Some(serde_json::Value::Number(number)) => number.as_u64().unwrap_or(u64::MAX),
+        Some(value) => u64::from_str_radix(value.as_str().unwrap_or("?"), 2).unwrap_or(u64::MAX),
+        None => u64::MAX,
+    }
+}
+
+fn text<'a>(cell: &'a Cell, name: &str) -> &'a str {
+    cell.parameters
+        .get(name)
+        .and_then(|value| value.as_str())
+        .unwrap_or("")
+}
