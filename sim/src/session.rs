@@ -286,7 +286,9 @@ impl<'a> Driver<'a> {
         let reset_n = self.reset_left == 0;
         let wants = self.frame < self.segment.frames.len();
         // A master holds TVALID low in reset and never takes an offer back.
-        self.offered = reset_n && wants && (self.offered || self.offers());
+        // A planned reset meets the pins that would have been without it.
+        let planned = matches!(self.segment.resets, Resets::At(_));
+        self.offered = (reset_n || planned) && wants && (self.offered || self.offers());
         let per_beat = self.design.source().words_per_beat;
         // Pins that do not count carry noise: nothing may depend on them.
         let noise = lane_format(self.design);
@@ -302,7 +304,7 @@ impl<'a> Driver<'a> {
         let m_ready = self.takes();
         Pins {
             reset_n,
-            s_valid: if reset_n {
+            s_valid: if reset_n || planned {
                 self.offered
             } else {
                 self.rng.random()
@@ -421,7 +423,15 @@ impl<'a> Driver<'a> {
             let row = self.segment.frames[expected.frame].row;
             if row.is_some_and(|row| row[4] == Reset) && !self.dropped.contains(&expected.frame) {
                 self.count_pairs(&expected, Reset);
-                self.dropped.push(expected.frame);
+                // A reset that another frame had coming may be too early for this one.
+                let waited = match row.map(|row| row[3]) {
+                    Some(Stall) => expected.stalled > 0,
+                    Some(LongStall) => expected.stalled >= HUNDREDS,
+                    _ => true,
+                };
+                if waited {
+                    self.dropped.push(expected.frame);
+                }
             }
             self.expected.push_back(expected);
         }
@@ -478,7 +488,8 @@ impl<'a> Driver<'a> {
                     .design
                     .latency_cycles()
                     .saturating_sub(self.design.source().beats());
-                self.until_drop = Some(self.rng.random_range(0..least.max(2)));
+                let drop = self.rng.random_range(0..least.max(2));
+                self.until_drop = Some(self.until_drop.map_or(drop, |before| before.min(drop)));
             }
             (self.frame, self.beat) = (self.frame + 1, 0);
         }

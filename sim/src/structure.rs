@@ -85,6 +85,8 @@ struct Cell {
     #[serde(default)]
     parameters: BTreeMap<String, serde_json::Value>,
     #[serde(default)]
+    port_directions: BTreeMap<String, String>,
+    #[serde(default)]
     connections: BTreeMap<String, Vec<serde_json::Value>>,
 }
 
@@ -166,16 +168,7 @@ fn state(
             }
         }
     }
-    // What nothing reads can do no harm: variables of loops, and the registers that Yosys itself makes
-    // for the write ports of memories.
-    let mut read: HashSet<u64> = HashSet::new();
-    for cell in module.cells.values() {
-        let ports = cell.connections.iter().filter(|(port, _)| *port != "Q");
-        read.extend(ports.flat_map(|(_, bits)| bits.iter().filter_map(serde_json::Value::as_u64)));
-    }
-    for port in module.ports.values().filter(|p| p.direction != "input") {
-        read.extend(port.bits.iter().filter_map(serde_json::Value::as_u64));
-    }
+    let live = live_bits(module);
     let mut found: HashSet<&str> = HashSet::new();
     let mut memories = 0;
     let mut extra: Vec<Extra> = Vec::new();
@@ -195,7 +188,9 @@ fn state(
         } else if is_state(&cell.kind) {
             let q = cell.connections.get("Q").map_or(&[][..], Vec::as_slice);
             let bits = || q.iter().filter_map(serde_json::Value::as_u64);
-            if bits().all(|bit| !read.contains(&bit)) {
+            // What reaches no output can do no harm: variables of loops, and the registers that Yosys
+            // itself makes for the write ports of memories.
+            if !bits().any(|bit| live.contains(&bit)) {
                 continue;
             }
             match bits().find(|bit| !known.contains_key(bit)) {
@@ -222,6 +217,45 @@ fn state(
     }
     extra.sort_by(|a, b| a.path.cmp(&b.path));
     (found.len(), memories, extra.into_iter().next())
+}
+
+/// The bits that reach an output of the core, or a block, in whatever number of cycles.
+fn live_bits(module: &Module) -> HashSet<u64> {
+    let bits = |bits: &[serde_json::Value]| -> Vec<u64> {
+        bits.iter().filter_map(serde_json::Value::as_u64).collect()
+    };
+    let mut driver: HashMap<u64, &Cell> = HashMap::new();
+    let mut left: Vec<u64> = Vec::new();
+    for cell in module.cells.values() {
+        for (port, wires) in &cell.connections {
+            match cell.port_directions.get(port).map(String::as_str) {
+                Some("output") => driver.extend(bits(wires).into_iter().map(|bit| (bit, cell))),
+                // A block: what it does with it is not known.
+                None => left.extend(bits(wires)),
+                Some(_) if !cell.kind.starts_with('$') => left.extend(bits(wires)),
+                Some(_) => {}
+            }
+        }
+    }
+    let ports = module.ports.values().filter(|p| p.direction != "input");
+    left.extend(ports.flat_map(|p| bits(&p.bits)));
+    let mut live = HashSet::new();
+    let mut seen: HashSet<*const Cell> = HashSet::new();
+    while let Some(bit) = left.pop() {
+        live.insert(bit);
+        let Some(cell) = driver.get(&bit) else {
+            continue;
+        };
+        if seen.insert(std::ptr::from_ref(*cell)) {
+            let inputs = cell.connections.iter().filter(|(port, _)| {
+                cell.port_directions
+                    .get(*port)
+                    .is_none_or(|d| d != "output")
+            });
+            left.extend(inputs.flat_map(|(_, wires)| bits(wires)));
+        }
+    }
+    live
 }
 
 /// Cells of Yosys that keep a value.

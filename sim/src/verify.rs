@@ -24,6 +24,8 @@ pub use report::{
     Cycles, FirstDifference, OutputError, Report, SimulatorRun, Stimulus, StructureReport, Verdict,
 };
 
+pub use stimulus::summary;
+
 use replay::{Case, Found, Outcome, Steps, replay_all};
 
 /// What is to be checked, with what.

@@ -14,6 +14,8 @@ const SWEEP_CYCLES: usize = 65_536;
 const INTERPRETED_PART: usize = 8;
 /// The sweep has so many moments at least, at whatever interval.
 const LEAST_MOMENTS: usize = 16;
+/// How often resets are added for lanes that those before have not changed.
+const MOST_PASSES: usize = 12;
 /// Cycles of the run in which moments for aimed resets are looked for, beyond latency and intervals.
 const SEARCH_CYCLES: usize = 256;
 
@@ -35,11 +37,11 @@ pub(crate) fn reset_lanes(model: &Model, pins: &Pins) -> Vec<bool> {
     with.iter().zip(&without).map(|(a, b)| a != b).collect()
 }
 
-/// Lanes that a reset of one cycle changes on its way, if it comes with these pins.
-fn lanes_of_a_reset(model: &Model, pins: &Pins) -> Vec<bool> {
+/// Lanes that a reset of one cycle changes on its way, with the pins of its cycle and of the next two.
+fn lanes_of_a_reset(model: &Model, pins: [&Pins; 3]) -> Vec<bool> {
     let mut model = model.clone();
     let mut lanes: Vec<bool> = Vec::new();
-    for cycle in 0..3 {
+    for (cycle, pins) in pins.into_iter().enumerate() {
         let pins = Pins {
             reset_n: cycle > 0,
             ..pins.clone()
@@ -70,58 +72,94 @@ fn search_run(design: &Design, rng: &mut ChaCha8Rng) -> Segment {
     }
 }
 
-/// Moments at which a reset changes lanes, so that each lane that any of them changes is changed by
-/// one that is chosen; and these lanes.
-fn aim(design: &Design, run: &Segment) -> (Vec<usize>, Vec<bool>) {
-    let pins = session::run(design, run).pins;
+/// A moment, in cycles since the last reset, and the lanes that a reset changes there.
+type Candidate = (usize, Vec<bool>);
+
+/// All moments of a run at which a reset may come.
+fn candidates(design: &Design, run: &Segment) -> Vec<Candidate> {
     let most = 2 * design.latency_cycles() + 4 * design.interval_cycles() + SEARCH_CYCLES;
+    // The second of two rounds: at power-up there are zeros where later there is data.
+    let two = Segment {
+        resets: Resets::At(vec![ResetAt {
+            after: most,
+            cycles: 1,
+        }]),
+        ..run.clone()
+    };
+    let pins = session::run(design, &two).pins;
+    let first = pins
+        .iter()
+        .rposition(|pins| !pins.reset_n)
+        .map_or(0, |at| at + 1);
+    let pins_of_round = &pins[first..];
     let mut model = Model::new(design);
-    let mut moments: Vec<(usize, Vec<bool>)> = Vec::new();
-    let mut since = 0;
-    for pins in pins.iter().take(most) {
-        if pins.reset_n {
-            moments.push((since, lanes_of_a_reset(&model, pins)));
-            since += 1;
+    let mut moments = Vec::new();
+    for (cycle, pins) in pins.iter().enumerate().take(first + most) {
+        if cycle >= first {
+            // Behind the reset the next round begins, as this one has.
+            let pins = [pins, &pins_of_round[0], &pins_of_round[1]];
+            moments.push((moments.len(), lanes_of_a_reset(&model, pins)));
         }
         model.step(pins);
     }
-    // The first cycles after power-up are those of the reset that came before.
+    // In the first cycles the reset before is still on its way.
     moments.drain(..moments.len().min(3));
-    let lanes = moments.first().map_or(0, |(_, lanes)| lanes.len());
-    let mut left = vec![false; lanes];
-    for (_, moment) in &moments {
-        for (left, lane) in left.iter_mut().zip(moment) {
-            *left |= lane;
-        }
-    }
-    let all = left.clone();
+    moments
+}
+
+/// Takes moments out of the candidates that together change all lanes that are left.
+fn choose(candidates: &mut Vec<Candidate>, mut left: Vec<bool>) -> Vec<usize> {
     let mut chosen = Vec::new();
     while left.contains(&true) {
-        let new = |moment: &[bool]| moment.iter().zip(&left).filter(|(m, l)| **m && **l).count();
+        let new = |lanes: &[bool]| lanes.iter().zip(&left).filter(|(m, l)| **m && **l).count();
         // Where several are as good, the earliest is the shortest.
-        let best = moments
-            .iter()
-            .max_by_key(|(at, moment)| (new(moment), std::cmp::Reverse(*at)));
-        let Some((at, moment)) = best else { break };
-        chosen.push(*at);
-        for (left, lane) in left.iter_mut().zip(moment) {
+        let gain = |(at, lanes): &Candidate| (new(lanes), std::cmp::Reverse(*at));
+        let Some(best) = (0..candidates.len()).max_by_key(|i| gain(&candidates[*i])) else {
+            break;
+        };
+        if new(&candidates[best].1) == 0 {
+            break;
+        }
+        let (at, lanes) = candidates.swap_remove(best);
+        chosen.push(at);
+        for (left, lane) in left.iter_mut().zip(lanes) {
             *left &= !lane;
         }
     }
-    (chosen, all)
+    chosen
+}
+
+/// Resets so that each lane that a reset changes at any moment of a run is changed by one of them.
+fn aimed(design: &Design, rng: &mut ChaCha8Rng) -> Segment {
+    let mut run = search_run(design, rng);
+    let mut candidates = candidates(design, &run);
+    let lanes = candidates.first().map_or(0, |(_, lanes)| lanes.len());
+    let changed = |lane: usize| candidates.iter().any(|(_, lanes)| lanes[lane]);
+    run.reset_lanes = (0..lanes).map(changed).collect();
+    let mut left = run.reset_lanes.clone();
+    let mut resets: Vec<ResetAt> = Vec::new();
+    // Data that is not reset differs from round to round, so the run itself is asked.
+    for _ in 0..MOST_PASSES {
+        for after in choose(&mut candidates, left.clone()) {
+            // The shortest, which is the hardest; the sweep has the others.
+            resets.push(ResetAt { after, cycles: 1 });
+        }
+        run.resets = Resets::At(resets.clone());
+        let done = session::run(design, &run).reset_lanes;
+        left = run.reset_lanes.clone();
+        for (left, done) in left.iter_mut().zip(done) {
+            *left &= !done;
+        }
+        if !left.contains(&true) {
+            break;
+        }
+    }
+    run
 }
 
 /// Aimed resets, and the sweep over one interval of the full core.
 pub(super) fn segments(design: &Design, thorough: bool, rng: &mut ChaCha8Rng) -> Vec<Segment> {
-    let mut run = search_run(design, rng);
-    let (chosen, lanes) = aim(design, &run);
-    run.reset_lanes = lanes;
-    let lengths = |(i, after): (usize, usize)| ResetAt {
-        after,
-        cycles: 1 + i % 8,
-    };
-    run.resets = Resets::At(chosen.into_iter().enumerate().map(lengths).collect());
-    let mut all = vec![run];
+    let mut all = vec![aimed(design, rng)];
 
     let interval = design.interval_cycles();
     let full = design.latency_cycles() + 2 * interval;

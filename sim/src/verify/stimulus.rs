@@ -8,7 +8,7 @@ use crate::session::Session;
 use crate::stimulus::{Pairs, Segment};
 
 /// Counts pairs of conditions and resets; what should have occurred and did not is named.
-pub(super) fn summary(design: &Design, segments: &[Segment], sessions: &[Session]) -> Stimulus {
+pub fn summary(design: &Design, segments: &[Segment], sessions: &[Session]) -> Stimulus {
     let mut pairs = Pairs::default();
     let mut missing = Vec::new();
     let mut registers_reset = 0;
