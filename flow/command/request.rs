@@ -87,6 +87,7 @@ impl Request {
             segments: self.segments,
             stream_bits: self.stream_bits,
             output_bits: self.output_bits,
+            prefix: None,
         }
     }
 }
