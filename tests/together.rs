@@ -38,7 +38,8 @@ const FUSESOC: Tool = Tool {
 fn program(tool: &Tool) -> PathBuf {
     let toolbox = Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR")));
     let found = toolbox.find(tool);
-    found.unwrap_or_else(|error| panic!("{error}")).path
+    let missing = |error| panic!("{error}; it is installed by: {}", tool.install);
+    found.unwrap_or_else(missing).path
 }
 
 /// Runs a tool in a directory; what it printed, and whether it ended well.
