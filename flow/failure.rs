@@ -205,7 +205,7 @@ impl From<DesignError> for Failure {
             DesignError::Budget { .. } => "budget",
             DesignError::UnknownDevice(_) => "unknown-device",
             DesignError::TooSmall { .. } => "device-too-small",
-            DesignError::ReservedName(_) => "reserved-name",
+            DesignError::Name { .. } => "name",
             DesignError::Quantize(e) => match e {
                 QuantizeError::UnknownLayer { .. } => "unknown-layer",
                 QuantizeError::Width { .. } => "width",

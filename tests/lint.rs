@@ -431,7 +431,10 @@ fn a_core_for_a_device_without_multipliers_is_clean() {
         };
         let (bundle, directory) = emit(&text, &options, root.path());
         let cells = sources(&bundle, "rtl/");
-        assert!(cells.contains(&"rtl/hwg_mul.v".to_owned()), "{cells:?}");
+        assert!(
+            cells.contains(&"rtl/adders__hwg_mul.v".to_owned()),
+            "{cells:?}"
+        );
         assert_silent(&complaints(&bundle, &directory));
     }
 }
@@ -646,7 +649,7 @@ fn icarus_sees_what_is_wrong() {
     assert!(found.is_some_and(|t| t.contains("in_clipped") || t.contains("clipped")));
     for damage in [
         "  wire implicit = never_declared;",
-        "  hwg_slice u_open (.clk_i(aclk), .no_port(aclk));",
+        "  gate__hwg_slice u_open (.clk_i(aclk), .no_port(aclk));",
     ] {
         let (_root, bundle, directory) = damaged(with(damage));
         assert!(
@@ -659,7 +662,7 @@ fn icarus_sees_what_is_wrong() {
 #[test]
 fn yosys_sees_what_is_wrong() {
     for damage in [
-        "  wire undriven; wire kept; hwg_delay u_u (.clk_i(aclk), .rst_i(~aresetn), .data_i(undriven), .data_o(kept));",
+        "  wire undriven; wire kept; gate__hwg_delay u_u (.clk_i(aclk), .rst_i(~aresetn), .data_i(undriven), .data_o(kept));",
         "  wire twice = in_ready; assign twice = in_valid;",
         "  wire loop_a; wire loop_b; assign loop_b = ~loop_a; assign loop_a = loop_b & in_ready;",
         "  no_such_module u_none (.clk_i(aclk));",

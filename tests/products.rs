@@ -37,6 +37,7 @@ fn synthesised(device: &Device, operands: &[[u32; 2]]) -> Vec<Synthesised> {
         let names = paths.map(|e| format!("sim/{}", e.file_name().to_str().expect("UTF-8")));
         names.collect::<Vec<_>>().join(" ")
     });
+    let mul = format!("{}__hwg_mul", design.name());
     let script: String = operands
         .iter()
         .map(|[a, b]| {
@@ -45,9 +46,9 @@ fn synthesised(device: &Device, operands: &[[u32; 2]]) -> Vec<Synthesised> {
                 .map(|path| format!("read_verilog -lib {path}\n"))
                 .collect();
             format!(
-                "design -reset\n{boxes}read_verilog rtl/hwg_mul.v\n\
-                 chparam -set A_WIDTH {a} -set B_WIDTH {b} hwg_mul\n\
-                 tee -o log.txt {} -top hwg_mul\n\
+                "design -reset\n{boxes}read_verilog rtl/{mul}.v\n\
+                 chparam -set A_WIDTH {a} -set B_WIDTH {b} {mul}\n\
+                 tee -o log.txt {} -top {mul}\n\
                  tee -a cells.txt log @ {a} {b}\ntee -a cells.txt stat\n",
                 device.synthesis.command
             )

@@ -20,6 +20,7 @@ Examples:
   hwgen emit --weights w.json --out build/fast --interval 16
   hwgen emit --weights w.json --device ecp5-25k
   hwgen emit --weights w.json --multipliers 40 --weight-bits 12 --weight-bits position_l1=14
+  hwgen emit --weights w.json --name second --device ice40-up5k
   hwgen emit --weights w.json --force --json
 
 The directory is written whole or not at all. `hwgen schema` describes the weights file.";
@@ -38,6 +39,12 @@ pub struct Args {
         help = "Directory of the bundle [default: build/<name>]"
     )]
     pub out: Option<PathBuf>,
+    /// Name of the design and of its top module [default: the name in the weights file]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+    /// Prefix of all other modules, which are called PREFIX__PART [default: the design's name]
+    #[arg(long, value_name = "PREFIX")]
+    pub prefix: Option<String>,
     /// Replace a bundle that is there already
     #[arg(long)]
     pub force: bool,
@@ -48,7 +55,9 @@ pub struct Args {
 /// # Errors
 /// If weights or options are refused or the bundle can't be written.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
-    let (net, design) = args.request.design()?;
+    let (net, design) = args
+        .request
+        .design_called(args.name.as_deref(), args.prefix.as_deref())?;
     let out = match &args.out {
         Some(out) => out.clone(),
         None => Path::new("build").join(design.name()),

@@ -66,8 +66,27 @@ impl Request {
     /// # Errors
     /// If weights or options are refused.
     pub fn design(&self) -> Result<(FloatNet, Design), Failure> {
-        let net = read_weights(&self.weights)?;
-        let design = Design::new(&net, &self.options())?;
+        self.design_called(None, None)
+    }
+
+    /// The same of another name than the file's, or with another prefix of its modules than the name.
+    ///
+    /// # Errors
+    /// If weights or options are refused.
+    pub fn design_called(
+        &self,
+        name: Option<&str>,
+        prefix: Option<&str>,
+    ) -> Result<(FloatNet, Design), Failure> {
+        let mut net = read_weights(&self.weights)?;
+        if let Some(name) = name {
+            name.clone_into(&mut net.name);
+        }
+        let options = Options {
+            prefix: prefix.map(str::to_owned),
+            ..self.options()
+        };
+        let design = Design::new(&net, &options)?;
         Ok((net, design))
     }
 
@@ -87,6 +106,7 @@ impl Request {
             segments: self.segments,
             stream_bits: self.stream_bits,
             output_bits: self.output_bits,
+            prefix: None,
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::{Header, bits, plural, range};
 #[template(path = "adders.v", syntax = "verilog")]
 struct AddersContext<'a> {
     module: &'a str,
+    prefix: &'a str,
     layer: &'a str,
     provenance: String,
     x_format: String,
@@ -163,6 +164,7 @@ pub(crate) fn file(module: &str, layer: &Layer, adders: &Adders, header: &Header
     };
     let context = AddersContext {
         module,
+        prefix: header.prefix,
         layer: &quant.name,
         provenance: header.provenance(),
         x_format: quant.input.to_string(),

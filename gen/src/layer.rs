@@ -17,6 +17,7 @@ use crate::{Header, address_width, bits, plural, range};
 #[template(path = "layer.v", syntax = "verilog")]
 struct LayerContext<'a> {
     module: &'a str,
+    prefix: &'a str,
     layer: &'a str,
     provenance: String,
     inputs: usize,
@@ -98,6 +99,7 @@ struct LayerContext<'a> {
 #[template(path = "pe.v", syntax = "verilog")]
 struct PeContext<'a> {
     module: &'a str,
+    prefix: &'a str,
     layer: &'a str,
     provenance: String,
     simd: usize,
@@ -143,17 +145,14 @@ struct Level {
 }
 
 /// Name of the module that holds a table's segments.
-pub(crate) fn table_module(design: &str, layer: &Layer) -> Option<String> {
-    layer
-        .quant
-        .table
-        .as_ref()
-        .map(|t| format!("{design}_tanh{}", t.fraction()))
+pub(crate) fn table_module(layer: &Layer, header: &Header) -> Option<String> {
+    let table = layer.quant.table.as_ref();
+    table.map(|t| header.module(&format!("tanh{}", t.fraction())))
 }
 
 /// All modules of a layer but the table, which layers share.
 pub(crate) fn files(layer: &Layer, header: &Header) -> Vec<File> {
-    let module = format!("{}_{}", header.design, layer.quant.name);
+    let module = header.module(&layer.quant.name);
     if let Some(sums) = layer.adders() {
         return vec![
             layer_module(&module, layer, header),
@@ -215,6 +214,7 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
     let activation = quant.activation;
     let context = LayerContext {
         module,
+        prefix: header.prefix,
         layer: &quant.name,
         provenance: header.provenance(),
         inputs: quant.inputs(),
@@ -316,7 +316,7 @@ fn layer_module(module: &str, layer: &Layer, header: &Header) -> File {
         line_range: table.map_or_else(String::new, |t| {
             range(bits(t.offset_width() + t.slope_width()))
         }),
-        table_module: table_module(header.design, layer).unwrap_or_default(),
+        table_module: table_module(layer, header).unwrap_or_default(),
         magnitude_width: table.map_or(0, |t| t.magnitude_bits()),
         segment_width: table.map_or(0, |t| t.segment_bits()),
         slope_bits: table.map_or(0, |t| t.slope_bits()),
@@ -372,6 +372,7 @@ fn pe_module(layer_module: &str, layer: &Layer, header: &Header) -> File {
     };
     let context = PeContext {
         module: &module,
+        prefix: header.prefix,
         layer: &quant.name,
         provenance: header.provenance(),
         simd,

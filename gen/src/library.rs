@@ -3,6 +3,7 @@
 use hwgen_spec::device::Device;
 use include_dir::{Dir, include_dir};
 
+use crate::Header;
 use crate::bundle::File;
 
 macro_rules! cells {
@@ -56,26 +57,48 @@ fn own_files(device: &Device, cells: bool) -> Vec<(&'static str, &'static str)> 
     files
 }
 
-/// The cells that the files instantiate, and those that these do, with the bodies of a family.
-pub(crate) fn cells_used_by(files: &[File], device: &Device) -> Vec<File> {
-    let own = own_files(device, true);
-    let mut used: Vec<(&str, &str)> = Vec::new();
-    let mut texts: Vec<&str> = files.iter().map(|f| f.text.as_str()).collect();
-    while let Some(text) = texts.pop() {
-        for cell in &CELLS {
-            let cell = *own.iter().find(|own| own.0 == cell.0).unwrap_or(cell);
-            if instantiates(text, cell.0) && !used.contains(&cell) {
-                used.push(cell);
-                texts.push(cell.1);
-            }
-        }
+/// The cells that the files instantiate, and those that these do, with the bodies of a family, named as modules of
+/// the design.
+pub(crate) fn cells_used_by(files: &[File], header: &Header) -> Vec<File> {
+    let own = own_files(header.device, true);
+    let mut used: Vec<File> = Vec::new();
+    let mut at = 0;
+    while at < files.len() + used.len() {
+        let file = files.get(at).unwrap_or_else(|| &used[at - files.len()]);
+        let wanted = CELLS
+            .iter()
+            .filter(|(name, _)| instantiates(&file.text, &header.module(name)));
+        let wanted: Vec<File> = wanted
+            .map(|cell| {
+                let (name, text) = own.iter().find(|own| own.0 == cell.0).unwrap_or(cell);
+                header.rtl(&header.module(name), renamed(text, header))
+            })
+            .filter(|cell| used.iter().all(|other| other.path != cell.path))
+            .collect();
+        used.extend(wanted);
+        at += 1;
     }
-    used.iter()
-        .map(|(name, text)| File {
-            path: format!("rtl/{name}.v"),
-            text: (*text).to_owned(),
-        })
-        .collect()
+    used
+}
+
+/// The text of a cell in which every word that is a cell's name becomes that of the design's own copy.
+fn renamed(text: &str, header: &Header) -> String {
+    let joins = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut renamed = String::with_capacity(text.len() + 256);
+    let mut rest = text;
+    while !rest.is_empty() {
+        let end = rest.find(|c| !joins(c)).unwrap_or(rest.len());
+        let (word, behind) = rest.split_at(end);
+        if CELLS.iter().any(|(name, _)| *name == word) {
+            renamed.push_str(&header.module(word));
+        } else {
+            renamed.push_str(word);
+        }
+        let next = behind.find(joins).unwrap_or(behind.len());
+        renamed.push_str(&behind[..next]);
+        rest = &behind[next..];
+    }
+    renamed
 }
 
 /// Models of the family's blocks that the files instantiate.

@@ -26,6 +26,7 @@ struct ShellContext<'a> {
 pub fn shell(design: &Design, digest: &str) -> File {
     let header = Header {
         design: design.name(),
+        prefix: design.prefix(),
         digest,
         device: design.device(),
     };

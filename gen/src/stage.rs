@@ -11,8 +11,9 @@ use crate::{Header, address_width, bits, range};
 
 #[derive(Template)]
 #[template(path = "mlp.v", syntax = "verilog")]
-struct StageContext {
+struct StageContext<'a> {
     module: String,
+    prefix: &'a str,
     provenance: String,
     shared_note: String,
     network_notes: Vec<String>,
@@ -70,10 +71,9 @@ pub(crate) fn files(design: &Design, stage: &Perceptron, header: &Header) -> Vec
     let mut tables: Vec<String> = Vec::new();
     for layer in stage.layers() {
         files.extend(layer::files(layer, header));
-        if let (Some(module), Some(table)) = (
-            table_module(header.design, layer),
-            layer.quant.table.as_deref(),
-        ) && !tables.contains(&module)
+        if let (Some(module), Some(table)) =
+            (table_module(layer, header), layer.quant.table.as_deref())
+            && !tables.contains(&module)
         {
             files.push(rom::segments(&module, table, header));
             tables.push(module);
@@ -83,7 +83,7 @@ pub(crate) fn files(design: &Design, stage: &Perceptron, header: &Header) -> Vec
 }
 
 fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
-    let module = format!("{}_mlp", header.design);
+    let module = header.module("mlp");
     let schedule = design.schedule();
     let lane = bits(design.sink().lane_bits);
     let mut layers = Vec::new();
@@ -139,6 +139,7 @@ fn stage_module(design: &Design, stage: &Perceptron, header: &Header) -> File {
     };
     let context = StageContext {
         module: module.clone(),
+        prefix: header.prefix,
         provenance: header.provenance(),
         shared_note: if stage.shared.is_empty() {
             "every network reads the input frame:".to_owned()
@@ -213,7 +214,7 @@ fn layer_context(
     };
     let width = bits(quant.output.width());
     LayerContext {
-        module: format!("{}_{}", header.design, quant.name),
+        module: header.module(&quant.name),
         note: match layer.adders() {
             Some(sums) => format!(", {} adders", sums.adders.len()),
             None => format!(

@@ -15,6 +15,7 @@ use crate::{Header, bits, range};
 #[template(path = "top.v", syntax = "verilog")]
 struct TopContext<'a> {
     module: &'a str,
+    prefix: &'a str,
     purpose: String,
     provenance: String,
     x_format: String,
@@ -162,6 +163,7 @@ pub(crate) fn rtl(design: &Design, header: &Header) -> Vec<File> {
     });
     let context = TopContext {
         module,
+        prefix: header.prefix,
         purpose: format!("{}.", purpose(design)),
         provenance: header.provenance(),
         x_format: if one_format {

@@ -81,7 +81,7 @@ fn every_field_of_the_manifest_is_checked() {
 fn a_renewed_digest_of_a_file_is_accepted() {
     let root = tempfile::tempdir().expect("a directory");
     let (_, out) = written(root.path());
-    let rom = out.join("rtl/tiny_net_l0_bias.v");
+    let rom = out.join("rtl/tiny__net_l0_bias.v");
     let before = sha256(&fs::read_to_string(&rom).expect("read"));
     edit(&rom, "endmodule", "// mine\nendmodule");
     assert!(matches!(

@@ -26,7 +26,7 @@ module @{ module }@ (
 @% for w in waits %@    @{ w.name }@ <= @{ w.source }@;
 @% endfor %@  end
 @% endif %@@% for a in adders %@
-  hwg_add #(
+  @{ prefix }@__hwg_add #(
     .A_WIDTH (@{ a.a.width }@),
     .A_SHIFT (@{ a.a.shift }@),
     .B_WIDTH (@{ a.b.width }@),

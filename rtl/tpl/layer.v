@@ -27,7 +27,7 @@ module @{ module }@ (
 );
 @% if adders %@  wire sums_valid;
   wire sums_flag;
-  hwg_delay #(
+  @{ prefix }@__hwg_delay #(
     .WIDTH(2),
     .DEPTH(@{ control_depth }@)
   ) u_control (
@@ -52,7 +52,7 @@ module @{ module }@ (
 @% endif %@@% if replay || hold %@  wire flag;
   wire @{ operands_range }@ operands;
 @% endif %@  wire @{ address_range }@ address;
-@% if replay %@  hwg_replay #(
+@% if replay %@  @{ prefix }@__hwg_replay #(
     .WORDS        (@{ inputs }@),
     .SIMD         (@{ simd }@),
     .WIDTH        (@{ x_width }@),
@@ -73,7 +73,7 @@ module @{ module }@ (
     .words_o  (operands),
     .address_o(address)
   );
-@% else if hold %@  hwg_hold #(
+@% else if hold %@  @{ prefix }@__hwg_hold #(
     .BEATS        (@{ synapse_folds }@),
     .FOLDS        (@{ neuron_folds }@),
     .WIDTH        (@{ operands_width }@),
@@ -91,7 +91,7 @@ module @{ module }@ (
     .words_o  (operands),
     .address_o(address)
   );
-@% else %@  hwg_beats #(
+@% else %@  @{ prefix }@__hwg_beats #(
     .BEATS        (@{ synapse_folds }@),
     .ADDRESS_WIDTH(@{ address_width }@)
   ) u_beats (
@@ -114,7 +114,7 @@ module @{ module }@ (
   wire tree_first;
   wire tree_last;
   wire tree_flag;
-  hwg_delay #(
+  @{ prefix }@__hwg_delay #(
     .WIDTH(4),
     .DEPTH(@{ control_depth }@)
   ) u_control (
@@ -126,7 +126,7 @@ module @{ module }@ (
 
   wire @{ loads_range }@sums_valid;
   wire sums_flag;
-  hwg_group @% if loads > 1 %@#(
+  @{ prefix }@__hwg_group @% if loads > 1 %@#(
     .COPIES(@{ loads }@)
   ) @% endif %@u_group (
     .clk_i  (clk_i),
@@ -140,7 +140,7 @@ module @{ module }@ (
   );
 @% else %@  wire sums_valid;
   wire sums_flag;
-  hwg_delay #(
+  @{ prefix }@__hwg_delay #(
     .WIDTH(2),
     .DEPTH(@{ control_depth }@)
   ) u_control (
@@ -172,7 +172,7 @@ module @{ module }@ (
   wire lanes_valid;
   wire lanes_flag;
   wire @{ lane_sums_range }@ lane_sums;
-  hwg_drain #(
+  @{ prefix }@__hwg_drain #(
     .WORDS(@{ pe }@),
     .LANES(@{ lanes }@),
     .WIDTH(@{ sum_width }@)@% if loads > 1 %@,
@@ -200,7 +200,7 @@ module @{ module }@ (
   wire z_valid;
   wire z_flag;
   wire @{ pre_range }@ z;
-@% endif %@  hwg_requant #(
+@% endif %@  @{ prefix }@__hwg_requant #(
     .LANES        (@{ lanes }@),
     .SUM_WIDTH    (@{ sum_width }@),
     .BIASED_WIDTH (@{ biased_width }@),
@@ -236,7 +236,7 @@ module @{ module }@ (
 @% if has_table %@
   // Activation: one unit a lane, each with its own copy of the segments.
   wire next_flag;
-  hwg_delay #(
+  @{ prefix }@__hwg_delay #(
     .WIDTH(2),
     .DEPTH(@{ activation_latency - 1 }@)
   ) u_act_control (
@@ -265,7 +265,7 @@ module @{ module }@ (
         .address_i(segment),
         .data_o   (line)
       );
-      hwg_pwl #(
+      @{ prefix }@__hwg_pwl #(
         .MAGNITUDE_WIDTH(@{ magnitude_width }@),
         .SEGMENT_WIDTH  (@{ segment_width }@),
         .SLOPE_BITS     (@{ slope_bits }@),
@@ -283,7 +283,7 @@ module @{ module }@ (
         .y_o       (words_o[i*@{ y_width }@ +: @{ y_width }@])
       );
 @% if in_logic %@      assign product[@{ product_width - 1 }@ -: 2] = 2'b0;
-      hwg_mul_logic #(
+      @{ prefix }@__hwg_mul_logic #(
         .A_WIDTH(@{ slope_width }@),
         .B_WIDTH(@{ distance_width }@)
       ) u_mul (
@@ -292,7 +292,7 @@ module @{ module }@ (
         .b_i  (distance),
         .p_o  (product[@{ product_width - 3 }@:0])
       );
-@% else %@      hwg_mul #(
+@% else %@      @{ prefix }@__hwg_mul #(
         .A_WIDTH(@{ distance_width + 1 }@),
         .B_WIDTH(@{ slope_width + 1 }@)
       ) u_mul (

@@ -46,7 +46,7 @@ module @{ module }@ (
   (* keep, dont_merge, syn_preserve = 1 *) reg release_q = 1'b0;
   (* keep *) always @(posedge clk_i) release_q <= leave;
 
-  hwg_admit #(
+  @{ prefix }@__hwg_admit #(
     .INTERVAL(@{ interval }@),
     .CREDITS (@{ credits }@)
   ) u_admit (
@@ -61,7 +61,7 @@ module @{ module }@ (
   wire clipped;
   wire unused_frames_valid;
   wire unused_frames_ready;  // credits keep the queues from being full
-  hwg_queue #(
+  @{ prefix }@__hwg_queue #(
     .WIDTH(2),
     .DEPTH(@{ fifo_depth }@)
   ) u_frames (
@@ -99,7 +99,7 @@ module @{ module }@ (
 @% if l.gathered %@  wire @{ l.starts_range }@@{ l.name }@_start;
   wire @{ l.name }@_clipped;
   wire @{ l.vector_range }@ @{ l.name }@_vector;
-  hwg_gather #(
+  @{ prefix }@__hwg_gather #(
     .WORDS (@{ l.outputs }@),
     .LANES (@{ l.lanes }@),
     .WIDTH (@{ l.width }@),
@@ -127,7 +127,7 @@ module @{ module }@ (
   (* keep *) always @(posedge clk_i) @{ n.name }@_leave_q <= leave;
   (* keep, dont_merge, syn_preserve = 1 *) reg @{ n.name }@_rst_q2 = 1'b1;
   (* keep *) always @(posedge clk_i) @{ n.name }@_rst_q2 <= ~rst_ni;
-  hwg_queue #(
+  @{ prefix }@__hwg_queue #(
     .WIDTH(@{ n.fifo_width }@),
     .DEPTH(@{ fifo_depth }@)
   ) u_@{ n.name }@_answers (
@@ -146,7 +146,7 @@ module @{ module }@ (
   wire unused_@{ n.name }@_known;
   wire unused_@{ n.name }@_more;
   wire @{ n.name }@_known_next;
-  hwg_count #(
+  @{ prefix }@__hwg_count #(
     .MOST(@{ fifo_depth }@)
   ) u_@{ n.name }@_known (
     .clk_i      (clk_i),

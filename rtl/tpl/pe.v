@@ -36,7 +36,7 @@ module @{ module }@ (
   genvar i;
   generate
     for (i = 0; i < @{ simd }@; i = i + 1) begin : g_mul
-      hwg_mul #(
+      @{ prefix }@__hwg_mul #(
         .A_WIDTH(@{ x_width }@),
         .B_WIDTH(@{ w_width }@)
       ) u_mul (
@@ -49,7 +49,7 @@ module @{ module }@ (
   endgenerate
 @% for level in levels %@
   wire @{ level.range }@ level@{ level.number }@;
-  hwg_tree_level #(
+  @{ prefix }@__hwg_tree_level #(
     .INPUTS   (@{ level.inputs }@),
     .WIDTH    (@{ level.width }@),
     .SUM_WIDTH(@{ level.sum_width }@)
@@ -59,7 +59,7 @@ module @{ module }@ (
     .sums_o (level@{ level.number }@)
   );
 @% endfor %@
-@% if accumulates %@  hwg_accumulator #(
+@% if accumulates %@  @{ prefix }@__hwg_accumulator #(
     .WIDTH    (@{ tree_width }@),
     .SUM_WIDTH(@{ sum_width }@)@% if turns > 1 %@,
     .SUMS     (@{ turns }@)@% endif %@

@@ -56,7 +56,7 @@ module @{ module }@ (
   wire in_clipped;
   wire in_error;
   wire @{ box_range }@ in_frame;
-  hwg_ingress #(
+  @{ prefix }@__hwg_ingress #(
     .WORDS     (@{ source_words }@),
     .BEAT_WORDS(@{ source_per_beat }@),
     .LANE_WIDTH(@{ source_lane }@),
@@ -83,7 +83,7 @@ module @{ module }@ (
   wire out_saturated;
   wire out_error;
   wire @{ out_range }@ out_frame;
-  @{ module }@_mlp u_mlp (
+  @{ prefix }@__mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
@@ -98,7 +98,7 @@ module @{ module }@ (
     .error_o      (out_error)
   );
 
-  hwg_egress #(
+  @{ prefix }@__hwg_egress #(
     .WORDS     (@{ sink_words }@),
     .BEAT_WORDS(@{ sink_per_beat }@),
     .LANE_WIDTH(@{ sink_lane }@),

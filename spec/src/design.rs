@@ -14,6 +14,7 @@ use crate::network::FloatNet;
 use crate::options::{Budget, Options};
 use crate::quantize::{InputFormat, QuantLayer, QuantNet, QuantizeError, quantize};
 use crate::schedule::Schedule;
+use crate::weights;
 
 /// The widest TDATA that AXI4-Stream recommends.
 const MAX_STREAM_BITS: u32 = 1024;
@@ -54,9 +55,14 @@ pub enum DesignError {
         /// What it has.
         found: u32,
     },
-    /// The design's name would hide one of the static cells.
-    #[error("name: a name that does not begin with `hwg_` expected, `{0}` found")]
-    ReservedName(String),
+    /// A name that the design, or a prefix that its modules, cannot have.
+    #[error("{option}: {told}")]
+    Name {
+        /// The option that sets it.
+        option: &'static str,
+        /// What was expected and found.
+        told: String,
+    },
 }
 
 impl DesignError {
@@ -72,7 +78,7 @@ impl DesignError {
                  made of logic"
                     .into()
             }
-            Self::ReservedName(_) => "rename the design: its cells are called hwg_*".into(),
+            Self::Name { option, .. } => format!("choose another --{option}"),
         }
     }
 }
@@ -494,8 +500,9 @@ impl Design {
     /// # Errors
     /// [`DesignError`] where an option can't be met.
     pub fn new(net: &FloatNet, options: &Options) -> Result<Self, DesignError> {
-        if net.name.to_ascii_lowercase().starts_with("hwg_") {
-            return Err(DesignError::ReservedName(net.name.clone()));
+        let prefix = options.prefix.as_deref().map(|prefix| ("prefix", prefix));
+        for (option, name) in [("name", &*net.name)].into_iter().chain(prefix) {
+            weights::check_name(name).map_err(|told| DesignError::Name { option, told })?;
         }
         let device = device::find(options.device.as_deref().unwrap_or(device::GENERIC))?;
         let wide = |bits: &u32| !bits.is_power_of_two() || !(8..=MAX_STREAM_BITS).contains(bits);
@@ -580,6 +587,11 @@ impl Design {
     /// Name of the top module.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What the names of all modules but the top begin with, `__` behind it.
+    pub fn prefix(&self) -> &str {
+        self.options.prefix.as_deref().unwrap_or(&self.name)
     }
 
     /// Names of the inputs in stream order.

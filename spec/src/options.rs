@@ -59,6 +59,9 @@ pub struct Options {
     /// Width of the output words; [`DEFAULT_OUTPUT_BITS`] if absent.
     #[serde(default)]
     pub output_bits: Option<u32>,
+    /// What the names of all modules but the top begin with; the design's name if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prefix: Option<String>,
 }
 
 impl Options {

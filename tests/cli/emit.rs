@@ -142,6 +142,103 @@ fn options_that_cannot_be_met_are_refused() {
     }
 }
 
+/// The name is the design's from then on: top module, directory, manifest, package, benches.
+#[test]
+fn a_design_may_have_another_name_and_prefix() {
+    let place = Place::new();
+    let arguments = ["emit", "--weights", "w.json", "--name", "second"];
+    let ran = place.run(&arguments);
+    ran.exits(0);
+    assert!(ran.stdout.contains("Written to build/second: "));
+    for path in [
+        "rtl/second.v",
+        "rtl/second__mlp.v",
+        "rtl/second__hwg_slice.v",
+        "tb/second_tb.v",
+        "syn/second.ys",
+        "second.core",
+        "constraints/second.sdc",
+    ] {
+        assert!(place.path("build/second").join(path).is_file(), "{path}");
+    }
+    let weights = place.read("build/second/weights.json");
+    assert!(weights.contains("\"name\": \"second\""), "{weights}");
+    for path in ["rtl/second.v", "second.core", "manifest.json"] {
+        let text = place.read(&format!("build/second/{path}"));
+        assert!(!text.contains("tiny"), "{path}: {text}");
+    }
+    let verify = [
+        "verify",
+        "build/second",
+        "--random",
+        "2",
+        "--simulators",
+        "icarus",
+    ];
+    place.run(&verify).exits(0);
+
+    let (ran, json) = place.json(&[&arguments[..], &["--prefix", "nn", "--out", "o"]].concat());
+    ran.exits(0);
+    assert_eq!(json["design"], "second");
+    assert_eq!(json["options"]["prefix"], "nn");
+    for path in ["rtl/second.v", "rtl/nn__mlp.v", "rtl/nn__hwg_slice.v"] {
+        assert!(place.path("o").join(path).is_file(), "{path}");
+    }
+    assert!(!place.path("o/rtl/second__mlp.v").exists());
+    assert!(place.read("o/rtl/second.v").contains("nn__mlp u_mlp ("));
+    place
+        .run(&["verify", "o", "--random", "2", "--simulators", "icarus"])
+        .exits(0);
+    // Without one the manifest says nothing of a prefix.
+    assert!(!place.read("build/second/manifest.json").contains("prefix"));
+}
+
+#[test]
+fn names_and_prefixes_that_could_clash_are_refused() {
+    let place = Place::new();
+    for option in ["name", "prefix"] {
+        for (name, found) in [
+            (
+                "2nd",
+                "a name [A-Za-z_][A-Za-z0-9_]{0,62} expected, \"2nd\" found",
+            ),
+            (
+                "module",
+                "a name expected, the Verilog/SystemVerilog keyword \"module\" found",
+            ),
+            (
+                "a__b",
+                "expected a name without __ and without _ at its end, found \"a__b\"",
+            ),
+            (
+                "a_",
+                "expected a name without __ and without _ at its end, found \"a_\"",
+            ),
+            (
+                "",
+                "a name [A-Za-z_][A-Za-z0-9_]{0,62} expected, an empty one found",
+            ),
+        ] {
+            let given = format!("--{option}={name}");
+            let arguments = ["emit", "--weights", "w.json", &given];
+            let ran = place.run(&arguments);
+            ran.exits(2);
+            let expected = format!("error: {option}: {found} (");
+            assert!(ran.stderr.starts_with(&expected), "{}", ran.stderr);
+            let help = format!("\nhelp: choose another --{option}\n");
+            assert!(ran.stderr.ends_with(&help), "{}", ran.stderr);
+            let (_, json) = place.json(&arguments);
+            assert_eq!(json["error"]["code"], "name");
+        }
+    }
+    assert!(!place.path("build").exists());
+    // What only emits is asked of `emit` alone.
+    let estimate = ["estimate", "--weights", "w.json", "--device", "ecp5-25k"];
+    place
+        .run(&[&estimate[..], &["--name", "a"]].concat())
+        .exits(2);
+}
+
 #[test]
 fn narrow_words_are_noted() {
     let place = Place::new();

@@ -65,7 +65,7 @@ fn a_wrong_bit_is_found_and_named() {
     let place = Place::with_bundle();
     let manifest = place.read("build/tiny/manifest.json");
     // The same core with one bit of one weight flipped, its digest renewed.
-    let rom = place.path("build/tiny/rtl/tiny_net_l1_w0.v");
+    let rom = place.path("build/tiny/rtl/tiny__net_l1_w0.v");
     let text = std::fs::read_to_string(&rom).expect("a text");
     let at = text.find("'h").expect("a literal") + 2;
     let digits = text[at..]

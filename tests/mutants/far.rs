@@ -84,14 +84,14 @@ const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         name: "segment of the other table",
-        file: "rtl/far_tanh12.v",
+        file: "rtl/far__tanh12.v",
         find: "above_q[0 +: 1] < 1'd1 ? table0_q",
         replace: "above_q[0 +: 1] < 1'd1 ? table1_q",
         signal: "far.u_mlp.u_net_l0.g_act[0].u_segments.data_q",
     },
     Mutant {
         name: "table chosen by the segment that follows",
-        file: "rtl/far_tanh12.v",
+        file: "rtl/far__tanh12.v",
         find: "above_q <= address_i",
         replace: "above_q = address_i",
         signal: "far.u_mlp.u_net_l0.g_act[0].u_segments.data_q",
@@ -141,12 +141,12 @@ fn a_neuron_behind_several_tables_is_named() {
         report.first_difference.expect("a difference")
     };
     let early = find(
-        "far_tanh12.v",
+        "far__tanh12.v",
         "      table1_q;",
         format!("      table1_q ^ (table1_q >> {slope} == {offset});"),
     );
     let late = find(
-        "hwg_pwl.v",
+        "far__hwg_pwl.v",
         "<= base + ",
         format!("<= (base ^ (old_offset == {offset})) + "),
     );

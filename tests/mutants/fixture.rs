@@ -129,6 +129,7 @@ pub fn fixture() -> (FloatNet, Options) {
         segments: None,
         device: None,
         stream_bits: None,
+        prefix: None,
     };
     (net, options)
 }

@@ -47,6 +47,14 @@ fn edit(path: &Path, find: &str, replace: &str) {
     fs::write(path, text.replace(find, replace)).expect("written");
 }
 
+/// A file of a bundle; that of a cell is called as in `rtl/lib`, without the prefix.
+fn emitted(bundle: &Path, source: &Source, file: &str) -> PathBuf {
+    bundle.join(match file.strip_prefix("rtl/hwg_") {
+        Some(cell) => format!("rtl/{}__hwg_{cell}", source.design.prefix()),
+        None => file.to_owned(),
+    })
+}
+
 #[test]
 fn the_fixture_has_what_mutants_need() {
     let (net, options) = fixture();
@@ -108,7 +116,11 @@ fn hunt(mutants: &[Mutant], bundle: fn(&Path, &str) -> (PathBuf, Source)) {
     let outcomes = in_parallel(mutants, |mutant| {
         let place = mutant.name.replace(|c: char| !c.is_alphanumeric(), "_");
         let (bundle, source) = bundle(directory.path(), &place);
-        edit(&bundle.join(mutant.file), mutant.find, mutant.replace);
+        edit(
+            &emitted(&bundle, &source, mutant.file),
+            mutant.find,
+            mutant.replace,
+        );
         let report = match check_source(&bundle, &source, &ICARUS) {
             Ok(report) => report,
             Err(error) => return Some(format!("{}: {error} {error:?}", mutant.name)),

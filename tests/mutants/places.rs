@@ -105,7 +105,7 @@ fn a_weight_bit_is_named_without_copies_of_the_address() {
         let pe = neuron % layer.fold.pe;
         let bits = layer.quant.weight_format.width();
         let bit = u32::try_from(input % layer.fold.simd).expect("small") * bits + 2;
-        let rom = bundle.join(format!("rtl/mutant_{name}_w{pe}.v"));
+        let rom = bundle.join(format!("rtl/mutant__{name}_w{pe}.v"));
         // Whatever the order of folds, the last weight stands in the last word.
         flip(&rom, layer.folds() - 1, bit);
         let found = first_difference(&bundle, &source, name);
@@ -138,7 +138,7 @@ fn a_weight_bit_is_named_by_layer_neuron_input_and_cycle() {
         let bits = layer.quant.weight_format.width();
         let bit = u32::try_from(simd).expect("small") * bits + 2;
         flip(
-            &bundle.join(format!("rtl/mutant_{name}_w{pe}.v")),
+            &bundle.join(format!("rtl/mutant__{name}_w{pe}.v")),
             address,
             bit,
         );
@@ -240,7 +240,7 @@ fn a_bias_bit_a_shift_bit_and_a_missing_half_are_named() {
         let entry = bias_rom_width(&layer.quant);
         let (address, lane) = (neuron / layer.lanes, neuron % layer.lanes);
         let lowest = u32::try_from(lane).expect("small") * entry;
-        let rom = bundle.join(format!("rtl/mutant_{name}_bias.v"));
+        let rom = bundle.join(format!("rtl/mutant__{name}_bias.v"));
         if *kind == "half" {
             // A word that is cut instead of rounded: its half is not in the bias.
             let shift = layer.quant.base_shift + layer.quant.extra_shift[*neuron];
@@ -278,7 +278,7 @@ fn a_bit_of_a_segment_is_named() {
     let (bundle, source) = bundle(directory.path(), "segment");
     let table = layer_of(&source.design, "a_l0").quant.table.clone();
     let table = table.expect("a table");
-    let rom = format!("rtl/mutant_tanh{}.v", table.fraction());
+    let rom = format!("rtl/mutant__tanh{}.v", table.fraction());
     flip(&bundle.join(rom), 2, 0);
     let found = first_difference(&bundle, &source, "segment");
     // The lane whose argument comes first to that segment.
@@ -315,7 +315,7 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
 
     // Neuron 4 * 62 + 3 is computed by element 3 in clock 62 of a frame; 16 bits a weight.
     let (neuron, input, element, clock) = (251, 7, 3, 62);
-    let name = format!("rtl/landing_position_l0_w{element}.v");
+    let name = format!("rtl/landing__position_l0_w{element}.v");
     let rom = place.join("landing").join(&name);
     let old = hwgen_gen::sha256(&fs::read_to_string(&rom).expect("a ROM"));
     flip(&rom, clock, 16 * input + 9);

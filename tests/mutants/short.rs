@@ -73,7 +73,7 @@ fn bundle(directory: &Path, name: &str) -> (PathBuf, Source) {
     (bundle, source)
 }
 
-const ADDERS: &str = "rtl/short_shared_l0_adders.v";
+const ADDERS: &str = "rtl/short__shared_l0_adders.v";
 
 const MUTANTS: &[Mutant] = &[
     Mutant {

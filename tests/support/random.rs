@@ -214,6 +214,7 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
             })
             .map(str::to_owned),
         stream_bits: None,
+        prefix: None,
     };
     (net, options)
 }

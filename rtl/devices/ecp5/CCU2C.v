@@ -6,6 +6,8 @@
 //            Cells that inject a one are not modelled.
 // Source:    Lattice FPGA-DS-02012, section 2.2, slices in ripple mode; equal to Yosys' model of it
 //            (hwgen: tests/blocks.rs).
+`ifndef HWGEN_ECP5_CCU2C  // the bundles of other designs have the same file
+`define HWGEN_ECP5_CCU2C
 `default_nettype none
 
 module CCU2C #(
@@ -39,3 +41,4 @@ module CCU2C #(
 endmodule
 
 `default_nettype wire
+`endif

@@ -6,6 +6,8 @@
 // Left out:  cascades, operand C, enables, resets, other clocks, all tied off by hwg_mul: one that is
 //            tied otherwise ends the simulation, as a pipeline register does.
 // Source:    Lattice FPGA-TN-02205, ECP5 and ECP5-5G sysDSP usage guide.
+`ifndef HWGEN_ECP5_MULT18X18D  // the bundles of other designs have the same file
+`define HWGEN_ECP5_MULT18X18D
 `default_nettype none
 
 module MULT18X18D #(
@@ -107,3 +109,4 @@ module MULT18X18D #(
 endmodule
 
 `default_nettype wire
+`endif

@@ -6,6 +6,8 @@
 // Left out:  the enable, the reset and words from a block beside it, all tied off by hwg_mul; another
 //            setting of a pin or parameter ends the simulation.
 // Source:    Gowin UG287, Gowin DSP user guide, section 4.1.
+`ifndef HWGEN_GOWIN_MULT18X18  // the bundles of other designs have the same file
+`define HWGEN_GOWIN_MULT18X18
 `default_nettype none
 
 module MULT18X18 #(
@@ -72,3 +74,4 @@ module MULT18X18 #(
 endmodule
 
 `default_nettype wire
+`endif

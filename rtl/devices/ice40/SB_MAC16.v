@@ -7,6 +7,8 @@
 // Left out:  the other multiplications, accumulation, carries, holds, loads, enables and resets, all
 //            tied off by hwg_mul; another setting of a pin or parameter ends the simulation.
 // Source:    Lattice FPGA-TN-02007, DSP function usage guide for iCE40 devices.
+`ifndef HWGEN_ICE40_SB_MAC16  // the bundles of other designs have the same file
+`define HWGEN_ICE40_SB_MAC16
 `default_nettype none
 
 module SB_MAC16 #(
@@ -90,3 +92,4 @@ module SB_MAC16 #(
 endmodule
 
 `default_nettype wire
+`endif

@@ -6,6 +6,8 @@
 // Left out:  enables and resets, all tied off by hwg_mul; another setting of a pin or parameter ends
 //            the simulation.
 // Source:    Lattice FPGA-TN-02096, sysDSP usage guide for Nexus platform.
+`ifndef HWGEN_NEXUS_MULT18X18  // the bundles of other designs have the same file
+`define HWGEN_NEXUS_MULT18X18
 `default_nettype none
 
 module MULT18X18 #(
@@ -64,3 +66,4 @@ module MULT18X18 #(
 endmodule
 
 `default_nettype wire
+`endif

@@ -7,9 +7,6 @@ use crate::keywords;
 /// Longest name, in characters.
 const MAX_CHARS: usize = 63;
 
-/// Prefix of the static cells, so that no design's modules can meet them.
-const CELL_PREFIX: &str = "hwg";
-
 /// What shared layers are called, as if they were a network.
 const SHARED: &str = "shared";
 
@@ -20,17 +17,28 @@ const RESERVED_NETWORKS: &[(&str, &str)] = &[
     ("frames", "the queue of what is known of a frame has it"),
 ];
 
-/// Name of the design, the prefix of all its modules.
+/// Name of the design. Its modules are called `<prefix>__<part>`, and the first `__` ends the prefix: so neither
+/// name nor prefix may hold one, and designs of different names and prefixes have no module in common.
 pub(super) fn design(node: Node<'_>) -> Result<String, Fault> {
     let name = identifier(node)?;
-    let lower = name.to_ascii_lowercase();
-    if lower == CELL_PREFIX || lower.starts_with("hwg_") {
-        return Err(reserved(node, "hwg_ is the prefix of the library's cells"));
+    if name.contains("__") || name.ends_with('_') {
+        let message = format!(
+            "expected a name without __ and without _ at its end, found {}",
+            node.excerpt()
+        );
+        let fault = node.fault("bad-name", message);
+        return Err(match mended(&name) {
+            Some(mended) => fault.help(format!(
+                "__ ends the prefix of a module's name; try \"{mended}\""
+            )),
+            None => fault.help("__ ends the prefix of a module's name"),
+        });
     }
     Ok(name)
 }
 
-/// Whether a text will do as the name of a design; if not, what was expected and found.
+/// Whether a text will do as the name of a design or as the prefix of its modules; if not, what was expected and
+/// found.
 ///
 /// # Errors
 /// If a weights file with this name would be refused.
@@ -156,8 +164,14 @@ fn shaped(node: Node<'_>, becomes: &str) -> Result<String, Fault> {
 
 /// A name like a refused one that would do.
 fn mended(name: &str) -> Option<String> {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    let mut mended: String = name.chars().map(plain).collect();
+    let mut mended = String::new();
+    for c in name.chars() {
+        let plain = if c.is_ascii_alphanumeric() { c } else { '_' };
+        if plain != '_' || !mended.ends_with('_') {
+            mended.push(plain);
+        }
+    }
+    mended.truncate(mended.trim_end_matches('_').len());
     if mended.starts_with(|c: char| c.is_ascii_digit()) {
         mended.insert(0, '_');
     }

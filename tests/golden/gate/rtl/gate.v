@@ -56,7 +56,7 @@ module gate (
   wire in_clipped;
   wire in_error;
   wire [47:0] in_frame;
-  hwg_ingress #(
+  gate__hwg_ingress #(
     .WORDS     (3),
     .BEAT_WORDS(1),
     .LANE_WIDTH(16),
@@ -82,7 +82,7 @@ module gate (
   wire out_saturated;
   wire out_error;
   wire [31:0] out_frame;
-  gate_mlp u_mlp (
+  gate__mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
@@ -97,7 +97,7 @@ module gate (
     .error_o      (out_error)
   );
 
-  hwg_egress #(
+  gate__hwg_egress #(
     .WORDS     (2),
     .BEAT_WORDS(1),
     .LANE_WIDTH(16),

@@ -7,34 +7,34 @@ project_new gate -overwrite -part $device
 set_global_assignment -name TOP_LEVEL_ENTITY gate
 foreach file {
   rtl/gate.v
-  rtl/gate_mlp.v
-  rtl/gate_net_l0.v
-  rtl/gate_net_l0_bias.v
-  rtl/gate_net_l0_pe.v
-  rtl/gate_net_l0_w0.v
-  rtl/gate_net_l1.v
-  rtl/gate_net_l1_bias.v
-  rtl/gate_net_l1_pe.v
-  rtl/gate_net_l1_w0.v
-  rtl/gate_net_l1_w1.v
-  rtl/gate_tanh11.v
-  rtl/hwg_accumulator.v
-  rtl/hwg_admit.v
-  rtl/hwg_beats.v
-  rtl/hwg_count.v
-  rtl/hwg_delay.v
-  rtl/hwg_drain.v
-  rtl/hwg_egress.v
-  rtl/hwg_gather.v
-  rtl/hwg_group.v
-  rtl/hwg_ingress.v
-  rtl/hwg_mul.v
-  rtl/hwg_pwl.v
-  rtl/hwg_queue.v
-  rtl/hwg_replay.v
-  rtl/hwg_requant.v
-  rtl/hwg_slice.v
-  rtl/hwg_tree_level.v
+  rtl/gate__hwg_accumulator.v
+  rtl/gate__hwg_admit.v
+  rtl/gate__hwg_beats.v
+  rtl/gate__hwg_count.v
+  rtl/gate__hwg_delay.v
+  rtl/gate__hwg_drain.v
+  rtl/gate__hwg_egress.v
+  rtl/gate__hwg_gather.v
+  rtl/gate__hwg_group.v
+  rtl/gate__hwg_ingress.v
+  rtl/gate__hwg_mul.v
+  rtl/gate__hwg_pwl.v
+  rtl/gate__hwg_queue.v
+  rtl/gate__hwg_replay.v
+  rtl/gate__hwg_requant.v
+  rtl/gate__hwg_slice.v
+  rtl/gate__hwg_tree_level.v
+  rtl/gate__mlp.v
+  rtl/gate__net_l0.v
+  rtl/gate__net_l0_bias.v
+  rtl/gate__net_l0_pe.v
+  rtl/gate__net_l0_w0.v
+  rtl/gate__net_l1.v
+  rtl/gate__net_l1_bias.v
+  rtl/gate__net_l1_pe.v
+  rtl/gate__net_l1_w0.v
+  rtl/gate__net_l1_w1.v
+  rtl/gate__tanh11.v
 } {
   set_global_assignment -name VERILOG_FILE $root/$file
 }

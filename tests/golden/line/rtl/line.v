@@ -52,7 +52,7 @@ module line (
   wire in_clipped;
   wire in_error;
   wire [13:0] in_frame;
-  hwg_ingress #(
+  line__hwg_ingress #(
     .WORDS     (1),
     .BEAT_WORDS(1),
     .LANE_WIDTH(16),
@@ -78,7 +78,7 @@ module line (
   wire out_saturated;
   wire out_error;
   wire [31:0] out_frame;
-  line_mlp u_mlp (
+  line__mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
@@ -93,7 +93,7 @@ module line (
     .error_o      (out_error)
   );
 
-  hwg_egress #(
+  line__hwg_egress #(
     .WORDS     (1),
     .BEAT_WORDS(1),
     .LANE_WIDTH(32),

@@ -6,23 +6,23 @@ set root [file normalize [file join [file dirname [info script]] ..]]
 project_new line -overwrite -part $device
 set_global_assignment -name TOP_LEVEL_ENTITY line
 foreach file {
-  rtl/hwg_admit.v
-  rtl/hwg_count.v
-  rtl/hwg_delay.v
-  rtl/hwg_egress.v
-  rtl/hwg_gather.v
-  rtl/hwg_ingress.v
-  rtl/hwg_mul.v
-  rtl/hwg_queue.v
-  rtl/hwg_replay.v
-  rtl/hwg_requant.v
-  rtl/hwg_slice.v
   rtl/line.v
-  rtl/line_mlp.v
-  rtl/line_net_l0.v
-  rtl/line_net_l0_bias.v
-  rtl/line_net_l0_pe.v
-  rtl/line_net_l0_w0.v
+  rtl/line__hwg_admit.v
+  rtl/line__hwg_count.v
+  rtl/line__hwg_delay.v
+  rtl/line__hwg_egress.v
+  rtl/line__hwg_gather.v
+  rtl/line__hwg_ingress.v
+  rtl/line__hwg_mul.v
+  rtl/line__hwg_queue.v
+  rtl/line__hwg_replay.v
+  rtl/line__hwg_requant.v
+  rtl/line__hwg_slice.v
+  rtl/line__mlp.v
+  rtl/line__net_l0.v
+  rtl/line__net_l0_bias.v
+  rtl/line__net_l0_pe.v
+  rtl/line__net_l0_w0.v
 } {
   set_global_assignment -name VERILOG_FILE $root/$file
 }

@@ -60,7 +60,7 @@ module pair (
   wire in_clipped;
   wire in_error;
   wire [64:0] in_frame;
-  hwg_ingress #(
+  pair__hwg_ingress #(
     .WORDS     (5),
     .BEAT_WORDS(1),
     .LANE_WIDTH(16),
@@ -86,7 +86,7 @@ module pair (
   wire out_saturated;
   wire out_error;
   wire [127:0] out_frame;
-  pair_mlp u_mlp (
+  pair__mlp u_mlp (
     .clk_i        (aclk),
     .rst_ni       (rst_nq),
     .frame_next_i (in_next),
@@ -101,7 +101,7 @@ module pair (
     .error_o      (out_error)
   );
 
-  hwg_egress #(
+  pair__hwg_egress #(
     .WORDS     (4),
     .BEAT_WORDS(1),
     .LANE_WIDTH(32),
