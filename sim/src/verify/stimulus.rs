@@ -12,12 +12,16 @@ pub fn summary(design: &Design, segments: &[Segment], sessions: &[Session]) -> S
     let mut pairs = Pairs::default();
     let mut missing = Vec::new();
     let mut registers_reset = 0;
+    let changed = |lane: usize| {
+        let mut runs = sessions.iter();
+        runs.any(|session| session.reset_lanes.get(lane) == Some(&true))
+    };
     for (segment, session) in segments.iter().zip(sessions) {
         pairs.add(&session.pairs);
         let lanes = segment.reset_lanes.iter();
         let never: Vec<usize> = lanes
             .enumerate()
-            .filter(|(lane, wanted)| **wanted && session.reset_lanes.get(*lane) != Some(&true))
+            .filter(|(lane, wanted)| **wanted && !changed(*lane))
             .map(|(lane, _)| lane)
             .collect();
         registers_reset += segment.reset_lanes.iter().filter(|lane| **lane).count() - never.len();

@@ -17,7 +17,7 @@ module gate__hwg_slice #(
   input  wire             rst_i,
   input  wire             valid_i,
   output wire             ready_o,
-  output wire             ready_next_o,  // ready_o after this edge
+  output wire             ready_next_o,  // ready_o after this edge, unless it is one in reset
   input  wire [WIDTH-1:0] data_i,
   output wire             valid_o,
   input  wire             ready_i,
@@ -33,7 +33,7 @@ module gate__hwg_slice #(
 
   always @(posedge clk_i) begin
     valid_q <= ~rst_i & (two | (valid_i & ready_q) | (valid_q & ~pop));
-    ready_q <= ready_next_o;
+    ready_q <= ~rst_i & ~two_d;
   end
 
   // The head, and the word behind it.
@@ -42,7 +42,7 @@ module gate__hwg_slice #(
     if (ready_q)        slot_q[WIDTH +: WIDTH] <= data_i;
   end
 
-  assign ready_next_o = ~rst_i & ~two_d;
+  assign ready_next_o = ~two_d;
 
   assign valid_o = valid_q;
   assign ready_o = ready_q;

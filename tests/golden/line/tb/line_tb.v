@@ -26,6 +26,8 @@ module line_tb (
 
   reg [PinBits-1:0] pins_q = {PinBits{1'b0}};
   reg [PinBits-1:0] line = {PinBits{1'b0}};
+  // A number that the run is given and the dump contains, so that no other dump is taken for it.
+  reg [63:0] nonce_q = 64'd0;
   reg [8*1024-1:0] path = {8 * 1024{1'b0}};
   integer file = 0;
   integer clocks_q = 0;
@@ -38,10 +40,11 @@ module line_tb (
 
   // The outputs are looked at in the dump, not here.
   wire unused_outputs = &{1'b0, s_axis_tready, m_axis_tdata, m_axis_tvalid, m_axis_tlast,
-                          m_axis_tuser};
+                          m_axis_tuser, nonce_q};
 
   // The first line has to be there before the first edge, hence read at time 0.
   initial begin
+    if ($value$plusargs("nonce=%h", nonce_q) == 0) nonce_q = 64'd0;
     if ($value$plusargs("stimulus=%s", path) == 0) begin
       $display("hwgen: no +stimulus=FILE given");
       $finish;

@@ -18,6 +18,7 @@ module line_tb_icarus;
     if ($value$plusargs("dump=%s", path) != 0) begin
       $dumpfile(path);
       $dumpvars(0, u_tb.u_dut);
+      $dumpvars(0, u_tb.nonce_q);
     end
   end
 

@@ -6,7 +6,8 @@
 //            Room for a frame, and that one comes, are told a clock ahead.
 // Latency:   the first beat is offered 2 clocks after the frame; a frame every BEATS clocks, one more if
 //            not EAGER.
-// Reset:     drops the frame that is being sent.
+// Reset:     drops the frame that is being sent; quiet_i comes before it, so that no beat of a dropped
+//            frame is offered.
 // Model:     hwgen: sim/src/model/stream.rs, Egress
 `default_nettype none
 
@@ -18,6 +19,7 @@ module pair__hwg_egress #(
 ) (
   input  wire                             clk_i,
   input  wire                             rst_i,
+  input  wire                             quiet_i,        // tvalid_o is low after this edge
   output wire                             room_next_o,    // a frame may come after this edge
   input  wire                             frame_next_i,   // one comes; only where there is room
   input  wire [WORDS*LANE_WIDTH-1:0]      frame_i,
@@ -80,7 +82,7 @@ module pair__hwg_egress #(
     .WIDTH(3 + BEAT_WORDS*LANE_WIDTH)
   ) u_slice (
     .clk_i       (clk_i),
-    .rst_i       (rst_i),
+    .rst_i       (quiet_i),
     .valid_i     (beat_valid),
     .ready_o     (unused_ready),
     .ready_next_o(beat_ready_next),

@@ -7,7 +7,8 @@
 // Format:    lanes are sign-extended words; words are signed and WIDTH bits wide.
 // Latency:   the frame is offered 4 clocks after its last beat was taken; a frame every BEATS clocks.
 // Overflow:  clipped_o tells that a word was outside of its bounds.
-// Reset:     drops the frame that is being gathered.
+// Reset:     drops the frame that is being gathered; quiet_i comes before it, so that no beat is taken
+//            that the reset would drop.
 // Model:     hwgen: sim/src/model/stream.rs, Ingress
 `default_nettype none
 
@@ -19,6 +20,7 @@ module pair__hwg_ingress #(
 ) (
   input  wire                             clk_i,
   input  wire                             rst_i,
+  input  wire                             quiet_i,        // tready_o is low after this edge, the slice empty
   input  wire                             tvalid_i,
   output wire                             tready_o,
   input  wire                             tlast_i,
@@ -73,7 +75,7 @@ module pair__hwg_ingress #(
     .WIDTH(1 + BEAT_WORDS*LANE_WIDTH)
   ) u_slice (
     .clk_i       (clk_i),
-    .rst_i       (rst_i),
+    .rst_i       (quiet_i),
     .valid_i     (tvalid_i),
     .ready_o     (tready_o),
     .ready_next_o(unused_ready_next),
