@@ -85,6 +85,33 @@ fn landing_gives_the_outputs_beside_it() {
     assert_eq!(frames, 500);
 }
 
+/// A file without frames would have its error measured over the box.
+#[test]
+fn shipped_designs_carry_calibration() {
+    let designs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs");
+    let mut checked = 0;
+    for entry in std::fs::read_dir(designs).unwrap() {
+        let path = entry.unwrap().path().join("weights.json");
+        let Ok(text) = std::fs::read(&path) else {
+            continue;
+        };
+        let net = weights::read(&text).unwrap();
+        let calibration = net
+            .calibration
+            .unwrap_or_else(|| panic!("{}", path.display()));
+        assert!(!calibration.note.is_empty(), "{}", path.display());
+        assert!(calibration.inputs.len() >= 64, "{}", path.display());
+        for row in &calibration.inputs {
+            let edges = net.inputs.min.iter().zip(&net.inputs.max);
+            for (value, (min, max)) in row.iter().zip(edges) {
+                assert!((min..=max).contains(&value), "{}: {row:?}", path.display());
+            }
+        }
+        checked += 1;
+    }
+    assert!(checked >= 5, "{checked}");
+}
+
 #[test]
 fn landing_reads_fast() {
     let text = landing("weights.json");
