@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hwgen_spec::design::Design;
+use hwgen_spec::deviation;
 use hwgen_spec::network::FloatNet;
 
 use crate::error::{SimError, ToolError};
@@ -14,11 +15,10 @@ use crate::tool::Toolbox;
 use crate::work::WorkDir;
 
 mod difference;
-mod float_error;
 mod replay;
 mod report;
 
-pub use report::{Cycles, FirstDifference, OutputError, Report, SimulatorRun, Verdict};
+pub use report::{Cycles, FirstDifference, Report, SimulatorRun, Verdict};
 
 use replay::{Case, Outcome, Steps, replay_all};
 
@@ -98,7 +98,7 @@ pub fn verify(
         runs: Vec::new(),
         latency_cycles: measured_latency(plan.design, &sessions),
         interval_cycles: measured_interval(plan.design, &sessions),
-        error_vs_float: float_error::measure(plan),
+        error: deviation::measure(plan.design, plan.net, &plan.vectors),
         rows_outside_box: rows_outside_box(plan),
         frames_saturated: sessions.iter().map(|s| s.saturated).sum(),
         first_difference: difference::of_sessions(&segments, &sessions),
