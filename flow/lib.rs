@@ -14,6 +14,7 @@ pub mod aside;
 pub mod cli;
 pub mod command;
 pub mod destination;
+pub mod deviation;
 pub mod estimate;
 pub mod failure;
 pub mod fixed;
@@ -61,7 +62,7 @@ fn report(output: &Output, command: &str, outcome: Outcome) -> Exit {
         object.insert("ok".into(), (exit == Exit::Done).into());
         object.extend(outcome.json);
         if let Some(failure) = &outcome.failure {
-            object.insert("error".into(), failure.to_json());
+            put_error(&mut object, failure.to_json());
         }
         output.object(&Value::Object(object))
     } else {
@@ -79,6 +80,16 @@ fn report(output: &Output, command: &str, outcome: Outcome) -> Exit {
             let failure = Failure::input("output", error.to_string()).file("standard output");
             output.failure(&failure);
             failure.exit
+        }
+    }
+}
+
+/// Adds a failure; its fields stand beside the figures that a command has under the same key.
+fn put_error(object: &mut Map<String, Value>, failure: Value) {
+    match (object.get_mut("error"), failure) {
+        (Some(Value::Object(figures)), Value::Object(failure)) => figures.extend(failure),
+        (_, failure) => {
+            object.insert("error".into(), failure);
         }
     }
 }

@@ -12,13 +12,15 @@ use hwgen_sim::simulator::Simulator;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Cycles, Report};
 use hwgen_spec::design::Design;
+use hwgen_spec::deviation;
 use hwgen_spec::options::Options;
 use hwgen_spec::weights;
 use serde::Serialize;
 use serde_json::json;
 
 use super::verify::{Check, installed, no_simulator, report};
-use super::{Outcome, emit, fields};
+use super::{Outcome, emit};
+use crate::deviation::{Judged, TOLERANCE_PCT};
 use crate::failure::Failure;
 use crate::inference;
 use crate::layout::{columns, counted, row, shell_word};
@@ -106,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         ..Outcome::default()
     };
     if present.is_empty() {
-        return without_simulator(outcome, design, &vectors, missing);
+        return without_simulator(outcome, &source, &vectors, missing);
     }
     let check = Check {
         bundle: &args.out,
@@ -132,10 +134,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
 /// Models against each other: all that can be done without a simulator.
 fn without_simulator(
     mut outcome: Outcome,
-    design: &Design,
+    source: &Source,
     vectors: &[Vec<f64>],
     missing: Vec<(Simulator, ToolError)>,
 ) -> Result<Outcome, Failure> {
+    let design = &source.design;
     let frames = &vectors[..vectors.len().min(RANDOM_FRAMES)];
     let one = inference::cycle_accurate(design, &frames[..1], None)?;
     let all = inference::cycle_accurate(design, frames, None)?;
@@ -146,12 +149,17 @@ fn without_simulator(
     let latency = cycles(design.latency_cycles(), one.cycles);
     let interval = (all.cycles - one.cycles) / (frames.len() - 1).max(1);
     let interval = cycles(design.interval_cycles(), interval);
+    let deviation = deviation::measure(design, &source.net, vectors);
+    let error = Judged::new(&deviation, TOLERANCE_PCT);
+    outcome.json.insert("error".into(), json!(error.json()));
+    outcome.remarks.extend(error.warnings());
     let _ = write!(
         outcome.text,
         "Without a simulator the RTL can't be checked. The cycle-accurate model and the untimed \
-         one\nagree in {}.\n\n{}\n{}",
+         one\nagree in {}.\n\n{}\n{}\n{}",
         counted(frames.len(), "frame"),
         report::cycle_table(&latency, &interval),
+        error.text(),
         time(&latency, &interval),
     );
     outcome.json.insert("latency_cycles".into(), json!(latency));
@@ -182,13 +190,14 @@ fn checked(mut outcome: Outcome, report: &Report, failure: Option<Failure>, out:
     );
     let time = time(&report.latency_cycles, &report.interval_cycles);
     let _ = write!(outcome.text, "\n{time}");
-    outcome.json.extend(fields(report));
+    outcome.json.extend(report::object(report));
+    outcome.remarks.extend(report::error(report).warnings());
     outcome
         .json
         .insert("verified".into(), json!(failure.is_none()));
     if failure.is_none() {
         let word = shell_word(out);
-        outcome.text.push_str(&report::verified(&report));
+        outcome.text.push_str(&report::verified(report));
         let _ = write!(
             outcome.text,
             "\nNext:\n  hwgen verify {word} --random 1000 --seed 2\n  \

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use hwgen_gen::{Bundle, Manifest};
 use hwgen_spec::design::{Design, Layer};
+use hwgen_spec::deviation;
 use hwgen_spec::network::Activation;
 use serde_json::{Map, json};
 
 use super::request::Request;
 use super::{Outcome, fields};
-use crate::failure::Failure;
+use crate::deviation::{Judged, TOLERANCE_PCT};
+use crate::failure::{Exit, Failure};
 use crate::layout::{columns, counted, row, shell_word, significant};
 use crate::output::Output;
 
@@ -23,7 +25,10 @@ Examples:
   hwgen emit --weights w.json --name second --device ice40-up5k
   hwgen emit --weights w.json --force --json
 
-The directory is written whole or not at all. `hwgen schema` describes the weights file.";
+The directory is written whole or not at all. `hwgen schema` describes the weights file.
+
+The error against float is measured over the frames under `calibration` in the weights file, or over
+independent points of the input box: these say little, and give neither a warning nor a pass.";
 
 /// What `emit` takes.
 #[derive(Debug, clap::Args)]
@@ -48,12 +53,27 @@ pub struct Args {
     /// Replace a bundle that is there already
     #[arg(long)]
     pub force: bool,
+    /// Greatest rms error of an output against float, in per cent of the standard deviation of the
+    /// float output over the calibration's frames; more is a warning
+    #[arg(long, value_name = "PCT", default_value_t = TOLERANCE_PCT, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Write nothing if the tolerance is missed: exit code 1
+    #[arg(long)]
+    pub strict: bool,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value
+        .filter(|v| v.is_finite() && *v >= 0.0)
+        .ok_or_else(|| "a number of per cent from 0 on expected".into())
 }
 
 /// Writes the bundle.
 ///
 /// # Errors
-/// If weights or options are refused or the bundle can't be written.
+/// If weights or options are refused, the bundle can't be written, or a tolerance is missed that
+/// must be kept.
 pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     let (net, design) = args
         .request
@@ -62,7 +82,26 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         Some(out) => out.clone(),
         None => Path::new("build").join(design.name()),
     };
+    let deviation = deviation::measure(&design, &net, &[]);
+    let error = Judged::new(&deviation, args.tolerance);
     let bundle = hwgen_gen::generate(&design, &net);
+    let (notes, mut text) = (notes(&design), describe(&design, &bundle));
+    for note in &notes {
+        text.push_str(&format!("note: {note}\n"));
+    }
+    text.push_str(&format!("\n{}", error.text()));
+    let missed = args.strict && error.within() == Some(false);
+    if missed {
+        let mut json = design_facts(&bundle)?;
+        json.insert("notes".into(), json!(notes));
+        json.insert("error".into(), json!(error.json()));
+        return Ok(Outcome {
+            text,
+            json,
+            remarks: error.warnings(),
+            failure: Some(too_far(&error)),
+        });
+    }
     if args.force {
         bundle.replace(&out)?;
     } else {
@@ -72,10 +111,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         output.detail(&format!("wrote {}", out.join(&file.path).display()));
     }
     let out = out.display().to_string();
-    let (notes, mut text) = (notes(&design), describe(&design, &bundle));
-    for note in &notes {
-        text.push_str(&format!("note: {note}\n"));
-    }
     text.push_str(&format!(
         "\nWritten to {out}: {}.\n",
         files_in_words(&bundle)
@@ -84,11 +119,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
     text.push_str(&format!("Next: hwgen verify {next} --random 200\n"));
     let mut json = facts(&bundle, &out)?;
     json.insert("notes".into(), json!(notes));
+    json.insert("error".into(), json!(error.json()));
     Ok(Outcome {
         text,
         json,
-        ..Outcome::default()
+        remarks: error.warnings(),
+        failure: None,
     })
+}
+
+/// The failure that the tolerance is missed.
+fn too_far(error: &Judged<'_>) -> Failure {
+    let message = format!("fixed point against float: {}", error.figure());
+    Failure::new(Exit::Difference, "tolerance", message)
+        .help("nothing was written; give more bits, a greater --tolerance, or leave --strict out")
 }
 
 /// What a program may want to know of a bundle.

@@ -12,7 +12,7 @@ use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan};
 use serde_json::json;
 
-use super::{Outcome, fields};
+use super::Outcome;
 use crate::destination::real_path;
 use crate::failure::{Exit, Failure};
 use crate::harness::harness;
@@ -25,6 +25,9 @@ const EXAMPLES: &str = "\
 The bundle itself is left as it is. Beside it, in the directory that holds it, are left
   .verify/<bundle>     logs, stimuli and, after a difference, the dumps (see --work)
   .cache/verilator     compiled benches, for the next time
+
+The error against float is measured over the vectors, else over the frames under `calibration` in
+the weights file, else over independent points of the input box, which say little.
 
 Examples:
   hwgen verify build/landing
@@ -121,7 +124,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         timeout: Duration::from_secs(args.timeout),
     };
     let (report, failure) = check.run(output)?;
-    let mut json = fields(&report);
+    let mut json = report::object(&report);
     json.insert("design".into(), json!(source.design.name()));
     json.insert("digest".into(), json!(source.manifest.digest));
     json.insert("bundle".into(), json!(args.bundle.display().to_string()));
@@ -134,7 +137,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Outcome, Failure> {
         text,
         json,
         failure,
-        ..Outcome::default()
+        remarks: report::error(&report).warnings(),
     })
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hwgen_spec::design::Design;
+use hwgen_spec::deviation;
 use hwgen_spec::network::FloatNet;
 
 use crate::error::{SimError, ToolError};
@@ -14,14 +15,13 @@ use crate::tool::Toolbox;
 use crate::work::WorkDir;
 
 mod difference;
-mod float_error;
 mod replay;
 mod report;
 mod stimulus;
 mod structure;
 
 pub use report::{
-    Cycles, FirstDifference, OutputError, Report, SimulatorRun, Stimulus, StructureReport, Verdict,
+    Cycles, FirstDifference, Report, SimulatorRun, Stimulus, StructureReport, Verdict,
 };
 
 pub use stimulus::summary;
@@ -127,7 +127,7 @@ pub fn verify(
         runs: Vec::new(),
         latency_cycles: measured_latency(plan.design, &sessions),
         interval_cycles: measured_interval(plan.design, &sessions),
-        error_vs_float: float_error::measure(plan),
+        error: deviation::measure(plan.design, plan.net, &plan.vectors),
         rows_outside_box: rows_outside_box(plan),
         frames_saturated: sessions.iter().map(|s| s.saturated).sum(),
         stimulus: stimulus::summary(plan.design, &segments, &sessions),

@@ -135,6 +135,20 @@ pub struct Network {
     pub outputs: Outputs,
 }
 
+/// Frames that are like those that the core will meet.
+///
+/// The box says how far each input reaches by itself, and nothing of how they go together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// At least one frame, all finite, possibly outside of the box.
+    ///
+    /// # Shape
+    /// `[frames][in]`, in raw units.
+    pub inputs: Vec<Vec<f64>>,
+    /// Where they come from, empty if not given.
+    pub note: String,
+}
+
 /// Everything that a weights file says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FloatNet {
@@ -146,6 +160,8 @@ pub struct FloatNet {
     pub shared: Vec<FloatLayer>,
     /// One or more networks.
     pub networks: Vec<Network>,
+    /// Frames that the error of fixed point is measured with.
+    pub calibration: Option<Calibration>,
 }
 
 impl FloatNet {

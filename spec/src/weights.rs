@@ -6,7 +6,8 @@
 //!
 //! Optional are `inputs.names` (default `in0`, `in1`, ...), `inputs.unit`, `inputs.offset` (0),
 //! `inputs.scale` (1), `inputs.resolution`, `shared`, `outputs` and each of its fields (names
-//! `out0`, ..., scale 1, offset 0), `bias` (0), `format` and each of its fields.
+//! `out0`, ..., scale 1, offset 0), `bias` (0), `format` and each of its fields, `calibration` and
+//! its `note`.
 //!
 //! # Format
 //! Words of `format.weights` and `format.activations` have [`MIN_WORD_BITS`] to [`MAX_WORD_BITS`]
@@ -27,7 +28,7 @@
 use std::ops::RangeInclusive;
 
 use crate::json::{self, Fault, Node, Object};
-use crate::network::{FloatLayer, FloatNet, Inputs, Network, Outputs};
+use crate::network::{Calibration, FloatLayer, FloatNet, Inputs, Network, Outputs};
 
 mod layer;
 mod name;
@@ -63,6 +64,12 @@ pub const MAX_NETWORKS: usize = 64;
 /// Longest unit, in characters.
 pub const MAX_UNIT_CHARS: usize = 32;
 
+/// Most frames of calibration.
+pub const MAX_FRAMES: usize = 4096;
+
+/// Longest note, in characters.
+pub const MAX_NOTE_CHARS: usize = 1000;
+
 /// Narrowest word of weights and activations that a layer's `format` may fix.
 pub const MIN_WORD_BITS: u32 = 2;
 
@@ -74,7 +81,14 @@ const LIMITS: json::Limits = json::Limits {
     depth: MAX_DEPTH,
 };
 
-const ROOT_KEYS: &[&str] = &["format", "name", "inputs", "shared", "networks"];
+const ROOT_KEYS: &[&str] = &[
+    "format",
+    "name",
+    "inputs",
+    "shared",
+    "networks",
+    "calibration",
+];
 const INPUT_KEYS: &[&str] = &[
     "names",
     "unit",
@@ -86,6 +100,7 @@ const INPUT_KEYS: &[&str] = &[
 ];
 const NETWORK_KEYS: &[&str] = &["name", "layers", "outputs"];
 const OUTPUT_KEYS: &[&str] = &["names", "unit", "scale", "offset"];
+const CALIBRATION_KEYS: &[&str] = &["inputs", "note"];
 
 /// Why a weights file was refused, and where it has to be mended.
 ///
@@ -180,11 +195,16 @@ fn net(root: Node<'_>) -> Result<FloatNet, Fault> {
     for node in network_nodes {
         networks.push(network(node, &front, shared.len(), &mut names)?);
     }
+    let calibration = match root.optional("calibration") {
+        None => None,
+        Some(node) => Some(calibration(&node.object()?, inputs.min.len())?),
+    };
     Ok(FloatNet {
         name,
         inputs,
         shared,
         networks,
+        calibration,
     })
 }
 
@@ -299,6 +319,43 @@ fn outputs(node: Option<Node<'_>>, front: &Front) -> Result<Outputs, Fault> {
         scale: scale(&object, count, &because)?,
         offset: list_or(object.optional("offset"), 0.0, count, &because)?,
     })
+}
+
+fn calibration(object: &Object<'_>, count: usize) -> Result<Calibration, Fault> {
+    object.only(CALIBRATION_KEYS)?;
+    let frames = object.required("inputs", "[[...], ...], one row of raw inputs a frame")?;
+    let rows = counted(frames, "frames", 1..=MAX_FRAMES).map_err(|fault| match fault.code {
+        "too-many" => fault.help("keep some hundred of them, spread over all that occurs"),
+        "empty" => fault.help("leave the calibration out if there are no frames"),
+        _ => fault,
+    })?;
+    let row = |node: Node<'_>| {
+        list(node, count, "as many as in inputs.min").map_err(|fault| match fault.code {
+            "wrong-length" => fault.help("a row holds the raw inputs of one frame"),
+            _ => fault,
+        })
+    };
+    Ok(Calibration {
+        inputs: rows.into_iter().map(row).collect::<Result<_, _>>()?,
+        note: note(object)?,
+    })
+}
+
+fn note(object: &Object<'_>) -> Result<String, Fault> {
+    let Some(node) = object.optional("note") else {
+        return Ok(String::new());
+    };
+    let note = node.string()?;
+    if note.chars().count() <= MAX_NOTE_CHARS && !note.chars().any(char::is_control) {
+        return Ok(note);
+    }
+    let message = format!(
+        "at most {MAX_NOTE_CHARS} characters without control characters expected, {} found",
+        node.excerpt()
+    );
+    Err(node
+        .fault("bad-note", message)
+        .help("the note says in a line where the frames come from"))
 }
 
 fn resolution(node: Node<'_>) -> Result<f64, Fault> {
@@ -433,6 +490,7 @@ mod tests {
             (&defs["outputs"], OUTPUT_KEYS),
             (&defs["layer"], LAYER_KEYS),
             (&defs["format"], FORMAT_KEYS),
+            (&defs["calibration"], CALIBRATION_KEYS),
         ] {
             let mut known = known.to_vec();
             known.sort_unstable();
@@ -445,6 +503,9 @@ mod tests {
         assert_eq!(layers["maxItems"], MAX_LAYERS);
         assert_eq!(defs["numbers"]["maxItems"], MAX_NEURONS);
         assert_eq!(defs["unit"]["maxLength"], MAX_UNIT_CHARS);
+        let calibration = &defs["calibration"]["properties"];
+        assert_eq!(calibration["inputs"]["maxItems"], MAX_FRAMES);
+        assert_eq!(calibration["note"]["maxLength"], MAX_NOTE_CHARS);
         let activations = crate::network::Activation::ALL.map(|a| a.name());
         assert_eq!(
             defs["layer"]["properties"]["activation"]["enum"],

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use hwgen_spec::format::QFormat;
-use hwgen_spec::network::{Activation, FloatLayer, FloatNet, Inputs, LayerFormat};
+use hwgen_spec::network::{Activation, Calibration, FloatLayer, FloatNet, Inputs, LayerFormat};
 use hwgen_spec::network::{Network, Outputs};
-use hwgen_spec::weights::{self, MAX_BYTES, MAX_DEPTH, MAX_NETWORKS, MAX_NEURONS};
+use hwgen_spec::weights::{self, MAX_BYTES, MAX_DEPTH, MAX_FRAMES, MAX_NETWORKS, MAX_NEURONS};
 use proptest::prelude::*;
 
 const TINY: &str = r#"{
@@ -19,7 +19,8 @@ const TINY: &str = r#"{
     "layers": [{"activation": "linear", "weights": [[0.5, -1]], "bias": [0.125],
                 "format": {"weights": "Q3.12", "bias": "Q-2.24", "activations": "Q0.15"}}],
     "outputs": {"names": ["\u0079"], "unit": "m", "scale": [2], "offset": [-1]}
-  }]
+  }],
+  "calibration": {"inputs": [[0, 0.5], [1, -7e-1]], "note": "bench µ"}
 }"#;
 
 fn landing(file: &str) -> Vec<u8> {
@@ -82,6 +83,33 @@ fn landing_gives_the_outputs_beside_it() {
         frames += 1;
     }
     assert_eq!(frames, 500);
+}
+
+/// A file without frames would have its error measured over the box.
+#[test]
+fn shipped_designs_carry_calibration() {
+    let designs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs");
+    let mut checked = 0;
+    for entry in std::fs::read_dir(designs).unwrap() {
+        let path = entry.unwrap().path().join("weights.json");
+        let Ok(text) = std::fs::read(&path) else {
+            continue;
+        };
+        let net = weights::read(&text).unwrap();
+        let calibration = net
+            .calibration
+            .unwrap_or_else(|| panic!("{}", path.display()));
+        assert!(!calibration.note.is_empty(), "{}", path.display());
+        assert!(calibration.inputs.len() >= 64, "{}", path.display());
+        for row in &calibration.inputs {
+            let edges = net.inputs.min.iter().zip(&net.inputs.max);
+            for (value, (min, max)) in row.iter().zip(edges) {
+                assert!((min..=max).contains(&value), "{}: {row:?}", path.display());
+            }
+        }
+        checked += 1;
+    }
+    assert!(checked >= 5, "{checked}");
 }
 
 #[test]
@@ -170,6 +198,22 @@ fn limits_are_kept() {
         ..net.clone()
     };
     assert_eq!(verdict(&many), Err(("too-many", "networks".to_owned())));
+    let calibrated = |frames: usize, note: &str| FloatNet {
+        calibration: Some(Calibration {
+            inputs: vec![vec![0.5, 2.0]; frames],
+            note: note.to_owned(),
+        }),
+        ..net.clone()
+    };
+    let place = || "calibration.inputs".to_owned();
+    assert!(verdict(&calibrated(MAX_FRAMES, "")).is_ok());
+    let many = calibrated(MAX_FRAMES + 1, "");
+    assert_eq!(verdict(&many), Err(("too-many", place())));
+    assert_eq!(verdict(&calibrated(0, "")), Err(("empty", place())));
+    assert!(verdict(&calibrated(1, &"µ".repeat(1000))).is_ok());
+    let long = calibrated(1, &"µ".repeat(1001));
+    let place = "calibration.note".to_owned();
+    assert_eq!(verdict(&long), Err(("bad-note", place)));
     // With one network's own layer there may be 63 shared ones, and no more.
     net.shared = vec![net.shared[0].clone(); 63];
     assert!(verdict(&net).is_ok());
@@ -231,6 +275,7 @@ fn defaults_stand_for_what_is_left_out() {
     };
     assert_eq!(net.inputs, inputs);
     assert!(net.shared.is_empty());
+    assert_eq!(net.calibration, None);
     let outputs = Outputs {
         names: vec!["out0".to_owned()],
         unit: String::new(),
@@ -251,10 +296,18 @@ fn written_files_read_back_the_same() {
     let layer = &net.networks[0].layers[0];
     assert_eq!(layer.format.bias, Some(QFormat::new(23, 24).unwrap()));
     let rows = weights::to_json(&net);
-    assert!(
-        rows.contains("\n        [1.0, 0.0],\n        [0.5, 1.0]\n"),
-        "{rows}"
-    );
+    for lines in [
+        "\n        [1.0, 0.0],\n        [0.5, 1.0]\n",
+        "\n      [0.0, 0.5],\n      [1.0, -0.7]\n    ],\n    \"note\": \"bench µ\"\n",
+    ] {
+        assert!(rows.contains(lines), "{rows}");
+    }
+    let mut net = net;
+    for note in ["", "one"] {
+        net.calibration.as_mut().expect("frames").note = note.to_owned();
+        let written = weights::to_json(&net);
+        assert_eq!(weights::read(written.as_bytes()).unwrap(), net);
+    }
 }
 
 fn finite() -> impl Strategy<Value = f64> {
@@ -280,6 +333,8 @@ proptest! {
     fn any_numbers_survive_a_round_trip(
         shared in layer(4, 2), hidden in layer(3, 4), last in layer(1, 3),
         unit in "[^\\pC]{0,32}", offset in finite(), resolution in proptest::option::of(1e-300..1e300),
+        frames in prop::collection::vec(prop::collection::vec(finite(), 2), 1..4),
+        note in "[^\\pC]{0,32}",
     ) {
         let mut net = weights::read(TINY.as_bytes()).unwrap();
         net.shared = vec![shared];
@@ -287,6 +342,7 @@ proptest! {
         net.networks[0].outputs.offset = vec![offset];
         net.inputs.unit = unit;
         net.inputs.resolution = resolution;
+        net.calibration = Some(Calibration { inputs: frames, note });
         let read = weights::read(weights::to_json(&net).as_bytes());
         prop_assert_eq!(read, Ok(net));
     }

@@ -1,6 +1,6 @@
 //! `hwgen emit`, `hwgen schema`, usage.
 
-use super::harness::Place;
+use super::harness::{Place, frames, scales};
 
 #[test]
 fn weights_alone_lead_to_a_bundle_in_build() {
@@ -380,13 +380,16 @@ fn a_manifest_that_says_something_else_is_bad_input() {
     );
 }
 
-/// The weights file that the README shows is the one that is shipped, and its CSV fits.
+/// The weights file that the README shows is the one that is shipped, but for the frames of
+/// calibration, and its CSV fits.
 #[test]
 fn the_example_of_the_readme_is_shipped() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |file: &str| std::fs::read_to_string(root.join(file)).expect(file);
     let weights = read("designs/tiny/weights.json");
-    assert!(read("README.md").contains(&weights));
+    let (shown, frames) = weights.split_once(",\n  \"calibration\"").expect("frames");
+    assert!(read("README.md").contains(&format!("{shown} }}\n```\n")));
+    assert!(frames.lines().count() > 64);
     let place = Place::new();
     place.write("example.json", &weights);
     place.write("inputs.csv", &read("designs/tiny/inputs.csv"));
@@ -395,6 +398,173 @@ fn the_example_of_the_readme_is_shipped() {
     let ran = place.run(&["run", "example", "--inputs", "inputs.csv"]);
     ran.exits(0);
     assert_eq!(ran.stdout.lines().count(), 6);
+}
+
+/// What the box says is neither a warning nor a pass.
+#[test]
+fn an_error_over_the_box_is_labelled_and_not_judged() {
+    let place = Place::new();
+    place.write("scales.json", &scales(&[]));
+    let emit = ["emit", "--weights", "scales.json", "--strict", "--force"];
+    let ran = place.run(&emit);
+    ran.exits(0);
+    assert_eq!(ran.stderr, "");
+    for text in [
+        "Error against float, box: 1000 independent points\n",
+        "rms, % of spread",
+        "n.small",
+        "\nbox: independent points of the input box; they say little about correlated inputs\n",
+    ] {
+        assert!(ran.stdout.contains(text), "{text}: {}", ran.stdout);
+    }
+    let (ran, json) = place.json(&emit);
+    ran.exits(0);
+    let error = &json["error"];
+    assert_eq!(error["source"], "box");
+    assert_eq!(error["frames"], 1000);
+    assert_eq!(error["clipped_frames"], 0);
+    assert!(error["within_tolerance"].is_null(), "{error}");
+    let small = &error["outputs"][1];
+    assert_eq!(small["output"], "n.small");
+    assert_eq!(small["unit"], "m");
+    assert!(small["rms_over_spread"].as_f64().expect("a share") > 0.01);
+    assert!(small["max"].as_f64() > small["rms"].as_f64());
+}
+
+#[test]
+fn an_error_beyond_the_tolerance_is_a_warning() {
+    let place = Place::new();
+    place.write("scales.json", &scales(&frames(200)));
+    let emit = ["emit", "--weights", "scales.json", "--out", "o"];
+    let ran = place.run(&emit);
+    ran.exits(0);
+    let warning = "warning: output n.small: rms error ";
+    let end = " % of its spread over 200 calibration frames, expected at most 1 %\n";
+    assert!(ran.stderr.starts_with(warning), "{}", ran.stderr);
+    assert!(ran.stderr.ends_with(end), "{}", ran.stderr);
+    assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+    assert!(
+        ran.stdout
+            .contains("Error against float, 200 calibration frames\n"),
+        "{}",
+        ran.stdout
+    );
+    assert!(!ran.stdout.contains("box:"), "{}", ran.stdout);
+
+    // The figures are those of the outputs that `run` gives, beside the float network's.
+    let (ran, json) = place.json(&[&emit[..], &["--force"]].concat());
+    ran.exits(0);
+    let error = &json["error"];
+    assert_eq!(error["source"], "calibration");
+    assert_eq!(error["within_tolerance"], false);
+    place.write("in.csv", &super::harness::csv(&frames(200)));
+    let ran = place.run(&["run", "o", "--inputs", "in.csv"]);
+    let float = |row: &[f64; 2]| {
+        let [a, b] = *row;
+        let hidden = [a + 0.5 * b, b - 0.5 * a, 0.25 * a - 0.75 * b].map(f64::tanh);
+        0.1 * (0.5 * hidden[0] + hidden[1] - hidden[2])
+    };
+    let float: Vec<f64> = frames(200).iter().map(float).collect();
+    let fixed = ran.stdout.lines().skip(1).map(|line| {
+        let cell = line.split(',').nth(1).expect("n.small");
+        cell.parse::<f64>().expect("a number")
+    });
+    let errors: Vec<f64> = fixed.zip(&float).map(|(x, y)| x - y).collect();
+    assert_eq!(errors.len(), 200);
+    let root_mean_square =
+        |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / 200.0).sqrt();
+    let mean = float.iter().sum::<f64>() / 200.0;
+    let deviations: Vec<f64> = float.iter().map(|v| v - mean).collect();
+    let rms = root_mean_square(&errors);
+    let greatest = errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+    for (key, expected) in [
+        ("rms", rms),
+        ("max", greatest),
+        ("rms_over_spread", rms / root_mean_square(&deviations)),
+    ] {
+        let found = error["outputs"][1][key].as_f64().expect(key);
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{key}: {found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_tolerance_can_be_set_and_kept() {
+    let place = Place::new();
+    place.write("scales.json", &scales(&frames(200)));
+    let emit = |options: &str| {
+        let rest = options.split_whitespace();
+        let arguments: Vec<&str> = ["emit", "--weights", "scales.json"]
+            .into_iter()
+            .chain(rest)
+            .collect();
+        place.run(&arguments)
+    };
+    let ran = emit("--strict");
+    ran.exits(1);
+    assert!(!place.path("build").exists());
+    for text in [
+        "warning: output n.small: rms error ",
+        "error: fixed point against float: at most ",
+        ", expected at most 1 % (rms, 200 calibration frames)\nhelp: nothing was written; ",
+    ] {
+        assert!(ran.stderr.contains(text), "{text}: {}", ran.stderr);
+    }
+    assert!(!ran.stdout.contains("Written"), "{}", ran.stdout);
+    // The failure's fields stand beside the figures.
+    let ran = emit("--strict --json");
+    ran.exits(1);
+    let json = ran.json();
+    assert_eq!(json["ok"], false);
+    assert_eq!(json["error"]["code"], "tolerance");
+    assert_eq!(json["error"]["within_tolerance"], false);
+    assert_eq!(json["error"]["outputs"][1]["output"], "n.small");
+
+    let ran = emit("--strict --tolerance 10000 --json");
+    ran.exits(0);
+    assert_eq!(ran.stderr, "");
+    assert_eq!(ran.json()["error"]["within_tolerance"], true);
+    for wrong in ["-1", "nan", "inf", "1%"] {
+        let ran = emit(&format!("--tolerance={wrong}"));
+        ran.exits(2);
+        let expected = "a number of per cent from 0 on expected";
+        assert!(ran.stderr.contains(expected), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn an_output_that_is_constant_has_no_share_of_a_spread() {
+    let place = Place::new();
+    let text = r#"{"format": "hwgen-weights/1", "name": "still",
+        "inputs": {"min": [-1], "max": [1]}, "networks": [{"name": "n", "layers": [
+        {"activation": "linear", "weights": [[1], [0]], "bias": [0, 0.3]}]}],
+        "calibration": {"inputs": [[0.5], [-0.5], [0.25], [4]]}}"#;
+    place.write("still.json", text);
+    let ran = place.run(&["emit", "--weights", "still.json", "--out", "o"]);
+    ran.exits(0);
+    let warning = "warning: output n.out1: constant in float over 4 calibration frames, so that \
+                   its rms error of ";
+    assert!(ran.stderr.contains(warning), "{}", ran.stderr);
+    let clipped = "\nnote: 1 of 4 frames outside of the input box; the core clips the inputs";
+    assert!(ran.stdout.contains(clipped), "{}", ran.stdout);
+    let (_, json) = place.json(&["emit", "--weights", "still.json"]);
+    assert_eq!(json["error"]["clipped_frames"], 1);
+    assert!(json["error"]["outputs"][1]["rms_over_spread"].is_null());
+}
+
+/// Weights, frames of calibration among them, are the bundle's.
+#[test]
+fn a_bundle_holds_the_calibration() {
+    let place = Place::new();
+    place.write("scales.json", &scales(&frames(3)));
+    place.run(&["emit", "--weights", "scales.json"]).exits(0);
+    let read = |text: String| {
+        let net = hwgen_spec::weights::read(text.as_bytes()).expect("weights");
+        net.calibration.expect("frames").inputs
+    };
+    assert_eq!(read(place.read("build/scales/weights.json")), frames(3));
 }
 
 #[test]

@@ -142,6 +142,7 @@ fn the_demo_does_what_it_can_without_simulators() {
         "Built in build/demo",
         "agree in 100 frames",
         "orientation, deg",
+        "Error against float, 500 frames of the vectors\n",
     ] {
         assert!(ran.stdout.contains(text), "{text}: {}", ran.stdout);
     }
@@ -152,6 +153,9 @@ fn the_demo_does_what_it_can_without_simulators() {
     let json = ran.json();
     assert_eq!(json["ok"], false);
     assert!(json.get("verified").is_none());
+    assert_eq!(json["error"]["code"], "tool-missing");
+    assert_eq!(json["error"]["source"], "vectors");
+    assert_eq!(json["error"]["within_tolerance"], true);
     let row = &json["accuracy"][0];
     assert_eq!(row["noise_px"], 0.0);
     let metres = row["fixed"]["position_m"].as_f64().expect("metres");

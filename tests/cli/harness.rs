@@ -32,6 +32,42 @@ pub fn tiny() -> String {
     )
 }
 
+/// Two outputs of very different scales in one layer: both share its output format, so that the
+/// small one has few steps. `frames` are rows of calibration, none for none.
+pub fn scales(frames: &[[f64; 2]]) -> String {
+    let rows: Vec<String> = frames.iter().map(|[a, b]| format!("[{a},{b}]")).collect();
+    let calibration = match frames {
+        [] => String::new(),
+        _ => format!(r#", "calibration": {{"inputs": [{}]}}"#, rows.join(",")),
+    };
+    format!(
+        r#"{{"format": "hwgen-weights/1", "name": "scales",
+  "inputs": {{"names": ["a", "b"], "min": [-1, -1], "max": [1, 1]}},
+  "networks": [{{"name": "n", "layers": [
+    {{"activation": "tanh", "weights": [[1, 0.5], [-0.5, 1], [0.25, -0.75]]}},
+    {{"activation": "linear", "weights": [[1, -1, 0.5], [0.5, 1, -1]]}}],
+    "outputs": {{"names": ["large", "small"], "unit": "m", "scale": [1e5, 0.1]}}}}]{calibration}}}
+"#
+    )
+}
+
+/// Frames of [`scales`] in its box.
+pub fn frames(count: u32) -> Vec<[f64; 2]> {
+    let frame = |i: u32| {
+        [
+            f64::from(i * 7 % 64) / 32.0 - 1.0,
+            f64::from(i * 13 % 50) / 25.0 - 1.0,
+        ]
+    };
+    (0..count).map(frame).collect()
+}
+
+/// The same as a CSV file.
+pub fn csv(frames: &[[f64; 2]]) -> String {
+    let rows: Vec<String> = frames.iter().map(|[a, b]| format!("{a},{b}\n")).collect();
+    format!("a,b\n{}", rows.concat())
+}
+
 /// A directory in which the binary runs.
 pub struct Place {
     directory: TempDir,

@@ -34,7 +34,24 @@ fn weights_come_out_ready_for_emit_and_the_same_for_a_seed() {
     }
     assert!(!place.path("t.json.checkpoint").exists());
     let weights = place.read("t.json");
-    place.run(&["emit", "--weights", "t.json"]).exits(0);
+    let net = hwgen_spec::weights::read(weights.as_bytes()).expect("weights");
+    let calibration = net.calibration.expect("frames");
+    assert_eq!(
+        calibration.note,
+        "pixels of 256 of the samples that were learnt from, seed 1, noise 1 px, in steps of 0.01 px"
+    );
+    assert_eq!(calibration.inputs.len(), 256);
+    for px in calibration.inputs.iter().flatten() {
+        assert!(
+            (0.0..=1280.0).contains(px) && format!("{px}").len() <= 7,
+            "{px}"
+        );
+    }
+    let (ran, json) = place.json(&["emit", "--weights", "t.json"]);
+    ran.exits(0);
+    assert_eq!(json["error"]["source"], "calibration");
+    assert_eq!(json["error"]["frames"], 256);
+    assert_eq!(json["error"]["clipped_frames"], 0);
 
     for (threads, seed, same) in [("1", "1", true), ("2", "2", false)] {
         let mut command = place.command(&arguments(SMALL));

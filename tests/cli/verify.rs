@@ -1,6 +1,6 @@
 //! `hwgen verify` with real simulators, and what goes to terminals only.
 
-use super::harness::Place;
+use super::harness::{Place, csv, frames, scales};
 
 #[test]
 fn a_bundle_is_confirmed() {
@@ -29,7 +29,8 @@ fn a_bundle_is_confirmed() {
         assert!(ran.stdout.contains(text), "{text}: {}", ran.stdout);
     }
     assert!(
-        ran.stdout.contains("note: 1 row of the vectors outside"),
+        ran.stdout
+            .contains("note: 1 row of the vectors outside of the input box; the core clips"),
         "{}",
         ran.stdout
     );
@@ -53,7 +54,10 @@ fn a_bundle_is_confirmed() {
     assert_eq!(json["rows_outside_box"], 1);
     assert_eq!(json["error_vs_float"][0]["output"], "net.x");
     assert_eq!(json["error_vs_float"][0]["unit"], "m");
-    assert_eq!(json["error_vs_float"][0]["frames"], 1);
+    assert_eq!(json["error_vs_float"][0]["frames"], 2);
+    assert_eq!(json["error"]["source"], "vectors");
+    assert_eq!(json["error"]["clipped_frames"], 1);
+    assert_eq!(json["error"]["outputs"][0]["output"], "net.x");
     assert!(json["first_difference"].is_null());
 
     assert_eq!(place.read("build/tiny/manifest.json"), before);
@@ -134,38 +138,99 @@ fn a_work_directory_of_others_is_not_emptied() {
     assert_eq!(place.read("build/.verify/tiny/notes.txt"), "precious");
 }
 
+/// "verified" says nothing of the error against float: it never stands without it.
 #[test]
-fn an_error_that_was_not_measured_is_not_said_to_be_zero() {
-    let place = Place::with_bundle();
-    place.write("outside.csv", "a,b,c\n0,0,9\n");
-    for inputs in [["--random", "0"], ["--vectors", "outside.csv"]] {
-        let arguments = [
-            &["verify", "build/tiny", "--simulators", "icarus"],
-            &inputs[..],
-        ]
-        .concat();
+fn the_verdict_holds_the_error_and_where_its_frames_come_from() {
+    let place = Place::new();
+    place.write("plain.json", &scales(&[]));
+    place.write("held.json", &scales(&frames(200)));
+    place.write("in.csv", &csv(&frames(150)));
+    place.write("one.csv", &csv(&frames(1)));
+    for name in ["plain", "held"] {
+        let weights = format!("{name}.json");
+        place
+            .run(&["emit", "--weights", &weights, "--out", name])
+            .exits(0);
+    }
+    let verify = |bundle: &str, rest: &str| {
+        let fixed = ["verify", bundle, "--simulators", "icarus", "--random"];
+        let arguments: Vec<&str> = fixed.into_iter().chain(rest.split_whitespace()).collect();
         let ran = place.run(&arguments);
         ran.exits(0);
-        let line = ran.stdout.lines().find(|l| l.contains("net.x"));
-        let words: Vec<&str> = line.expect("a line").split_whitespace().collect();
-        let expected = ["net.x", "0", "not", "measured", "not", "measured", "m"];
-        assert_eq!(words, expected);
         let (_, json) = place.json(&arguments);
-        let error = &json["error_vs_float"][0];
-        assert_eq!(error["frames"], 0);
-        assert!(error["max"].is_null() && error["rms"].is_null(), "{error}");
+        assert_eq!(json["verified"], true);
+        let verdict = ran.stdout.lines().last().expect("a line").to_owned();
+        (verdict, ran, json)
+    };
+    let beyond = "warning: output n.small: rms error ";
+    // Vectors come first, then the calibration, then the box, whatever the number of random frames.
+    let cases = [
+        (
+            "held",
+            "2 --vectors in.csv",
+            "vectors",
+            "150 frames of the vectors",
+        ),
+        (
+            "plain",
+            "0 --vectors in.csv",
+            "vectors",
+            "150 frames of the vectors",
+        ),
+        ("held", "0", "calibration", "200 calibration frames"),
+        ("plain", "0", "box", "box: 1000 independent points"),
+        ("plain", "7 --seed 3", "box", "box: 1000 independent points"),
+    ];
+    for (bundle, rest, source, frames) in cases {
+        let (verdict, ran, json) = verify(bundle, rest);
+        let start = "verified: model and RTL are equal in every register at every clock; fixed \
+                     point against float: at most ";
+        assert!(verdict.starts_with(start), "{verdict}");
+        assert!(verdict.contains(" % of an output's spread"), "{verdict}");
+        assert!(
+            verdict.ends_with(&format!(" (rms, {frames}).")),
+            "{verdict}"
+        );
+        let label = format!("Error against float, {frames}\n");
+        assert!(ran.stdout.contains(&label), "{}", ran.stdout);
+        let error = &json["error"];
+        assert_eq!(error["source"], source);
+        assert_eq!(json["error_vs_float"][1]["frames"], error["frames"]);
+        for key in ["output", "unit", "rms", "max", "rms_over_spread"] {
+            let figure = &json["error_vs_float"][1][key];
+            assert!(
+                !figure.is_null() && *figure == error["outputs"][1][key],
+                "{key}"
+            );
+        }
+        let judged = source != "box";
+        assert_eq!(ran.stderr.contains(beyond), judged, "{}", ran.stderr);
+        assert_eq!(
+            verdict.contains(", expected at most 1 % ("),
+            judged,
+            "{verdict}"
+        );
+        assert_eq!(ran.stdout.contains("\nbox: independent"), !judged);
+        if judged {
+            assert_eq!(error["within_tolerance"], false);
+        } else {
+            assert!(error["within_tolerance"].is_null(), "{error}");
+        }
     }
-    // Random points are real numbers: the error holds the rounding of the inputs.
-    let text = r#"{"format": "hwgen-weights/1", "name": "same",
-        "inputs": {"min": [-1], "max": [1], "resolution": 0.25},
-        "networks": [{"name": "n", "layers": [{"activation": "linear", "weights": [[1]]}]}]}"#;
-    place.write("same.json", text);
-    place.run(&["emit", "--weights", "same.json"]).exits(0);
-    let (_, json) = place.json(&["verify", "build/same", "--simulators", "icarus"]);
-    let error = &json["error_vs_float"][0];
-    assert_eq!(error["frames"], 64);
-    let greatest = error["max"].as_f64().expect("measured");
-    assert!((0.1..=0.126).contains(&greatest), "{greatest}");
+    // The figure of the box is that of `emit`.
+    let (_, emitted) = place.json(&["emit", "--weights", "plain.json", "--out", "again"]);
+    assert_eq!(verify("plain", "5 --seed 9").2["error"], emitted["error"]);
+
+    // One frame has no spread: the error is stated for what it is.
+    let (verdict, ran, json) = verify("plain", "2 --vectors one.csv");
+    assert!(
+        verdict.contains(" m in n.small, without a spread (rms, 1 frame of"),
+        "{verdict}"
+    );
+    let warning = "warning: at least 2 frames expected for a spread of the outputs, 1 frame of";
+    assert!(ran.stderr.contains(warning), "{}", ran.stderr);
+    assert!(json["error"]["within_tolerance"].is_null());
+    assert!(json["error_vs_float"][0]["rms_over_spread"].is_null());
 }
 
 #[test]

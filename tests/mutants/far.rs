@@ -50,6 +50,7 @@ fn fixture() -> (FloatNet, Options) {
                 offset: vec![0.0; 10],
             },
         }],
+        calibration: None,
     };
     let options = Options {
         device: Some("ecp5-25k".into()),

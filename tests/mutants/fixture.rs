@@ -119,6 +119,7 @@ pub fn fixture() -> (FloatNet, Options) {
                 outputs: outputs(2, 1.0),
             },
         ],
+        calibration: None,
     };
     let any = |bits| vec![WidthSetting { layer: None, bits }];
     let options = Options {

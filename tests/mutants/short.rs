@@ -57,6 +57,7 @@ fn fixture() -> (FloatNet, Options) {
                 offset: vec![0.0; 2],
             },
         }],
+        calibration: None,
     };
     let options = Options {
         device: Some("ecp5-25k".into()),

@@ -199,6 +199,7 @@ fn float_design(seed: u64) -> (FloatNet, Options) {
         },
         shared,
         networks,
+        calibration: None,
     };
     let any = |bits| vec![WidthSetting { layer: None, bits }];
     let options = Options {

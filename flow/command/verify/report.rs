@@ -4,17 +4,42 @@ use std::fmt::Write;
 
 use hwgen_sim::simulator::Simulator;
 use hwgen_sim::verify::{Cycles, FirstDifference, Report, SimulatorRun, Verdict};
+use serde_json::{Map, Value, json};
 
+use crate::command::fields;
+use crate::deviation::{Judged, TOLERANCE_PCT};
 use crate::failure::{Exit, Failure};
-use crate::layout::{columns, counted, row, significant};
+use crate::layout::{columns, counted, row};
 
-/// The last line of a check that found no difference.
+/// The last line of a check that found no difference. It never stands without the error of fixed
+/// point: equal registers say nothing of that.
 pub(crate) fn verified(report: &Report) -> String {
     let structure = match report.structure.checked {
-        true => "and the RTL has no other register or memory",
+        true => "the RTL has no other register or memory",
         false => "structure: not checked (no Yosys)",
     };
-    format!("\nverified: model and RTL are equal in every register at every cycle; {structure}.\n")
+    format!(
+        "\nverified: model and RTL are equal in every register at every cycle; {structure}; fixed \
+         point against float: {}.\n",
+        error(report).figure()
+    )
+}
+
+/// The error of fixed point, judged.
+pub(crate) fn error(report: &Report) -> Judged<'_> {
+    Judged::new(&report.error, TOLERANCE_PCT)
+}
+
+/// The report for programs.
+pub(crate) fn object(report: &Report) -> Map<String, Value> {
+    let mut object = fields(report);
+    let mut outputs = json!(report.error.outputs);
+    for output in outputs.as_array_mut().into_iter().flatten() {
+        output["frames"] = json!(report.error.frames);
+    }
+    object.insert("error_vs_float".into(), outputs);
+    object.insert("error".into(), json!(error(report).json()));
+    object
 }
 
 /// Why a report is no proof, if it isn't: a difference, or something that was not compared.
@@ -131,32 +156,7 @@ pub(crate) fn text(design: &str, report: &Report) -> String {
         &report.interval_cycles,
     ));
     let _ = write!(text, "\n{}", driven(report));
-    if !report.error_vs_float.is_empty() {
-        text.push('\n');
-        let mut rows = vec![row![
-            "error against float",
-            "frames",
-            "greatest",
-            "rms",
-            "unit"
-        ]];
-        let number = |v: Option<f64>| v.map_or_else(|| "not measured".into(), significant);
-        rows.extend(
-            report
-                .error_vs_float
-                .iter()
-                .map(|e| row![e.output, e.frames, number(e.max), number(e.rms), e.unit]),
-        );
-        text.push_str(&columns("lrrrl", &rows));
-    }
-    if report.rows_outside_box > 0 {
-        let _ = write!(
-            text,
-            "\nnote: {} of the vectors outside of the input box; model and RTL clip the inputs \
-             alike\n",
-            counted(report.rows_outside_box, "row")
-        );
-    }
+    let _ = write!(text, "\n{}", error(report).text());
     if report.frames_saturated > 0 {
         let _ = write!(
             text,

@@ -1,7 +1,7 @@
 //! A training from the scene to a weights file's content, epoch by epoch.
 
 use hwgen_spec::network::{
-    Activation, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
+    Activation, Calibration, FloatLayer, FloatNet, Inputs, LayerFormat, Network, Outputs,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,12 @@ const FINEST_LEVEL_PX: f64 = 0.05;
 
 /// Samples are learnt from this index on, so that no evaluation meets them, whatever its seed.
 const FIRST_SAMPLE: u64 = 1 << 40;
+
+/// Most frames of calibration that go into the weights file.
+const CALIBRATION_FRAMES: u64 = 256;
+
+/// Steps of their pixels: finer ones would make the file longer and say no more.
+const CALIBRATION_STEPS_PER_PX: f64 = 100.0;
 
 /// What a checkpoint holds beside the scene: with the same scene the training goes on as if it had
 /// not been interrupted.
@@ -73,6 +79,7 @@ pub enum BadCheckpoint {
 #[derive(Debug)]
 pub struct Training<'a> {
     scene: &'a Scene,
+    calibration: Option<Calibration>,
     checkpoint: Checkpoint,
     conditioning: Conditioning,
     tasks: [Task; 2],
@@ -99,6 +106,7 @@ impl<'a> Training<'a> {
         });
         Self {
             scene: sampler.scene(),
+            calibration: calibration(sampler, &recipe, seed),
             checkpoint: Checkpoint {
                 recipe,
                 seed,
@@ -123,6 +131,7 @@ impl<'a> Training<'a> {
         }
         Ok(Self {
             scene: sampler.scene(),
+            calibration: calibration(sampler, &checkpoint.recipe, checkpoint.seed),
             checkpoint,
             conditioning,
             tasks,
@@ -165,6 +174,7 @@ impl<'a> Training<'a> {
             inputs,
             shared,
             networks: (0..2).map(|k| self.network(k)).collect(),
+            calibration: self.calibration.clone(),
         };
         // What was learnt of whitened pixels is written for sums that are nearly so.
         if let Some(layer) = net.shared.first_mut()
@@ -180,7 +190,6 @@ impl<'a> Training<'a> {
     }
 
     fn front(&self) -> (Inputs, Vec<FloatLayer>) {
-        let camera = self.scene.camera();
         let count = self.scene.inputs();
         let features = self.conditioning.matrix.nrows();
         let mean = self.conditioning.mean_px.as_slice().to_vec();
@@ -203,7 +212,7 @@ impl<'a> Training<'a> {
             names: self.scene.input_names(),
             unit: "px".into(),
             min: vec![0.0; count],
-            max: [camera.height_px, camera.width_px].repeat(count / 2),
+            max: image(self.scene),
             offset: mean,
             scale,
             resolution: Some(RESOLUTION_PX),
@@ -250,6 +259,43 @@ impl<'a> Training<'a> {
             },
         }
     }
+}
+
+/// Greatest pixel of each input.
+fn image(scene: &Scene) -> Vec<f64> {
+    let camera = scene.camera();
+    [camera.height_px, camera.width_px].repeat(scene.inputs() / 2)
+}
+
+/// The first samples that are learnt from, at the middle one of the levels of noise; those whose
+/// noise leads out of the image are left out. `None` if all are.
+fn calibration(sampler: &Sampler<'_>, recipe: &Recipe, seed: u64) -> Option<Calibration> {
+    let mut levels = recipe.noise_px.clone();
+    levels.sort_by(f64::total_cmp);
+    let noise_px = levels[levels.len() / 2];
+    let greatest = image(sampler.scene());
+    let count = CALIBRATION_FRAMES.min(recipe.samples as u64);
+    let inputs: Vec<Vec<f64>> = (FIRST_SAMPLE..FIRST_SAMPLE + count)
+        .map(|index| {
+            let pixels = sampler.draw(index).noisy_px(noise_px).into_iter();
+            let rounded = |px: f64| (px * CALIBRATION_STEPS_PER_PX).round();
+            pixels
+                .map(|px| rounded(px) / CALIBRATION_STEPS_PER_PX)
+                .collect()
+        })
+        .filter(|row: &Vec<f64>| {
+            let mut edges = row.iter().zip(&greatest);
+            edges.all(|(px, greatest)| (0.0..=*greatest).contains(px))
+        })
+        .collect();
+    (!inputs.is_empty()).then(|| Calibration {
+        note: format!(
+            "pixels of {} of the samples that were learnt from, seed {seed}, noise {noise_px} px, \
+             in steps of 0.01 px",
+            inputs.len()
+        ),
+        inputs,
+    })
 }
 
 fn shape(conditioning: &Conditioning, recipe: &Recipe) -> Shape {

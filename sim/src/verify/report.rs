@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hwgen_spec::design::Design;
+use hwgen_spec::deviation::Deviation;
 use serde::Serialize;
 
 /// What was promised and what was seen.
@@ -43,22 +44,6 @@ pub struct SimulatorRun {
     pub verdict: Verdict,
     /// Seconds of building and replaying, replays that ran side by side added up.
     pub seconds: f64,
-}
-
-/// Error of a fixed-point output against the float network, the rounding of the inputs included.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OutputError {
-    /// `<network>.<output>`
-    pub output: String,
-    /// Unit of the numbers below.
-    pub unit: String,
-    /// Frames that it was measured with, all inside of the box: rows of the vectors file, or
-    /// random points if there is none.
-    pub frames: usize,
-    /// Greatest absolute error; `None` if there was no such frame.
-    pub max: Option<f64>,
-    /// Root of the mean square error.
-    pub rms: Option<f64>,
 }
 
 impl FirstDifference {
@@ -162,8 +147,9 @@ pub struct Report {
     pub latency_cycles: Cycles,
     /// Interval.
     pub interval_cycles: Cycles,
-    /// One entry an output.
-    pub error_vs_float: Vec<OutputError>,
+    /// How far fixed point is from float. It is always measured: registers that are equal say
+    /// nothing of it.
+    pub error: Deviation,
     /// Rows of the vectors file that lie outside of the box.
     pub rows_outside_box: usize,
     /// Frames with an input outside of the box or a word inside saturated, whatever their class.

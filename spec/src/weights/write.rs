@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use serde_json::to_string;
 
 use super::FORMAT;
-use crate::network::{FloatLayer, FloatNet, Inputs, Network, Outputs};
+use crate::network::{Calibration, FloatLayer, FloatNet, Inputs, Network, Outputs};
 
-/// Writes a network as a weights file, one matrix row a line.
+/// Writes a network as a weights file, one matrix row and one frame a line.
 ///
 /// Numbers are the shortest decimals that read back as the same doubles, so that
 /// `read(to_json(net).as_bytes())` gives `net` again.
@@ -28,7 +28,13 @@ pub fn to_json(net: &FloatNet) -> String {
         let comma = comma(i, net.networks.len());
         put(&mut text, 2, &format!("}}{comma}"));
     }
-    put(&mut text, 1, "]");
+    match &net.calibration {
+        None => put(&mut text, 1, "]"),
+        Some(calibration) => {
+            put(&mut text, 1, "],");
+            put_calibration(&mut text, calibration);
+        }
+    }
     put(&mut text, 0, "}");
     text
 }
@@ -52,6 +58,26 @@ fn put_inputs(text: &mut String, inputs: &Inputs) {
         }
     }
     put(text, 1, "},");
+}
+
+fn put_calibration(text: &mut String, calibration: &Calibration) {
+    let Calibration { inputs, note } = calibration;
+    put(text, 1, "\"calibration\": {");
+    put(text, 2, "\"inputs\": [");
+    for (i, row) in inputs.iter().enumerate() {
+        put(
+            text,
+            3,
+            &format!("{}{}", numbers(row), comma(i, inputs.len())),
+        );
+    }
+    if note.is_empty() {
+        put(text, 2, "]");
+    } else {
+        put(text, 2, "],");
+        put(text, 2, &format!("\"note\": {}", quoted(note)));
+    }
+    put(text, 1, "}");
 }
 
 fn put_network(text: &mut String, network: &Network) {

@@ -200,6 +200,7 @@ pub fn net(random: &mut Random) -> FloatNet {
         inputs,
         shared,
         networks,
+        calibration: None,
     }
 }
 
