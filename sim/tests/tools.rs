@@ -214,7 +214,7 @@ fn a_core_that_reads_other_files_is_not_built() {
     let directory = tempfile::tempdir().expect("a directory");
     for (line, word) in [
         ("`include \"other.vh\"", "`include"),
-        ("initial $readmemh(\"rom.hex\", acc_q);", "$readmem"),
+        ("initial $readmemh(\"rom.hex\", acc_q);", "`$readmemh`"),
     ] {
         let plan = support::plan(directory.path(), directory.path(), |name, text| {
             if name == "echo_pe.v" {
@@ -229,7 +229,7 @@ fn a_core_that_reads_other_files_is_not_built() {
                 .unwrap_err();
             let path = directory.path().join("echo_pe.v");
             let expected = format!(
-                "{}:1: a core that reads no other file expected, `{word}` found",
+                "{}:1: expected Verilog that simulators and synthesis read alike, found {word}",
                 path.display()
             );
             assert_eq!(error.to_string(), expected);

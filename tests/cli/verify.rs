@@ -183,8 +183,8 @@ fn the_verdict_holds_the_error_and_where_its_frames_come_from() {
     ];
     for (bundle, rest, source, frames) in cases {
         let (verdict, ran, json) = verify(bundle, rest);
-        let start = "verified: model and RTL are equal in every register at every clock; fixed \
-                     point against float: at most ";
+        let start = "verified: model and RTL are equal in every register at every cycle; the RTL has \
+                     no other register or memory; fixed point against float: at most ";
         assert!(verdict.starts_with(start), "{verdict}");
         assert!(verdict.contains(" % of an output's spread"), "{verdict}");
         assert!(
@@ -256,9 +256,9 @@ fn a_core_that_reads_other_files_is_refused() {
     place.write(manifest, &renewed);
     let ran = place.run(&["verify", "build/tiny", "-q"]);
     ran.fails(
-        2,
-        "error: build/tiny/rtl/tiny.v:1: a core that reads no other file expected, `\u{60}include` \
-         found\nhelp: emit the bundle again: its core is the files of its manifest\n",
+        1,
+        "error: build/tiny/rtl/tiny.v:1: expected Verilog that simulators and synthesis read alike, \
+         found \u{60}include\nhelp: emit the bundle again: no core that hwgen emits contains it\n",
     );
 }
 
