@@ -166,13 +166,24 @@ impl Model {
     /// The output ports of the core stand behind its registers: they come out of registers, so
     /// that they too have one value after each edge.
     pub fn registers(&self) -> Vec<Register> {
+        self.names().registers
+    }
+
+    /// Registers that the Verilog may have besides, inside multipliers: their values are not modelled,
+    /// the result that they lead to is.
+    pub fn interior(&self) -> Vec<Register> {
+        self.names().interior
+    }
+
+    fn names(&self) -> Names {
         let mut names = Names {
             path: String::new(),
             ends: Vec::new(),
             registers: Vec::new(),
+            interior: Vec::new(),
         };
         self.show(&mut names);
-        names.registers
+        names
     }
 
     /// Appends the values of all registers, lane by lane.
@@ -206,6 +217,7 @@ struct Names {
     path: String,
     ends: Vec<usize>,
     registers: Vec<Register>,
+    interior: Vec<Register>,
 }
 
 impl Probe for Names {
@@ -221,6 +233,11 @@ impl Probe for Names {
     #[inline]
     fn words(&mut self, name: &str, bits: u32, values: &[i64]) {
         self.fields(name, &vec![bits; values.len()], values);
+    }
+
+    fn interior(&mut self, name: &str, bits: u32) {
+        let path = format!("{}{name}", self.path);
+        self.interior.push(Register::uniform(path, bits, 1));
     }
 
     fn fields(&mut self, name: &str, bits: &[u32], _: &[i64]) {

@@ -119,8 +119,14 @@ fn an_unknown_bit_is_a_difference() {
     let plan = support::plan(directory.path(), directory.path(), |name, text| {
         if name == "echo_pe.v" {
             // A register that nothing sets, a wire that nothing drives.
-            text.replace("acc_q <= 8'sd0;", "acc_q <= {4'b0001, never_q, 1'b0, open, 1'b1};")
-                .replace("  always @(posedge", "  reg never_q;\n  wire open;\n\n  always @(posedge")
+            text.replace(
+                "acc_q <= 8'sd0;",
+                "acc_q <= {4'b0001, never_q, 1'b0, open, 1'b1};",
+            )
+            .replace(
+                "  always @(posedge",
+                "  reg never_q;\n  wire open;\n\n  always @(posedge",
+            )
         } else {
             text
         }

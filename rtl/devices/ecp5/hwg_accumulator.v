@@ -39,7 +39,7 @@ module hwg_accumulator #(
   generate
     for (k = 0; k < CELLS; k = k + 1) begin : g_cell
       // A of the word, B of the sum, which C takes away: A ^ (B & ~C); where that is none, A is the carry.
-      // Synthesis takes tables of their own for what C does, in front of the chain.
+      // For what C does, synthesis takes tables of their own, in front of the chain.
       CCU2C #(
         .INIT0    (16'hA6AA),
         .INIT1    (16'hA6AA),

@@ -3,7 +3,7 @@
 use hwgen_spec::design::Layer;
 use hwgen_spec::device::Device;
 
-use super::probe::{Probe, address_bits, counter_bits, within};
+use super::probe::{Probe, address_bits, counter_bits, show_interior, within};
 
 /// One word of four processing elements.
 ///
@@ -45,6 +45,8 @@ pub(super) struct Array {
     folds: usize,
     address_copies: usize,
     hides_operands: bool,
+    /// Whether the device has multipliers in blocks.
+    in_blocks: bool,
     copy_latency: usize,
     /// Depths of the tables of a ROM, and their age.
     tables: Vec<usize>,
@@ -125,6 +127,7 @@ impl Array {
             folds: layer.folds(),
             address_copies: layer.address_copies(device),
             hides_operands: device.hides_operands(),
+            in_blocks: device.has_multipliers(),
             copy_latency: layer.copy_latency,
             tables,
             tables_age,
@@ -309,6 +312,8 @@ impl Array {
                                 probe.word("a_q", self.x_bits, code(a[s]));
                                 probe.word("b_q", self.w_bits, b[s]);
                                 probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
+                            } else {
+                                show_interior(probe, self.in_blocks, self.x_bits, self.w_bits);
                             }
                             probe.word("r_q", self.x_bits + self.w_bits, r_q[s]);
                         });

@@ -9,7 +9,7 @@ use hwgen_spec::format::to_bits;
 use hwgen_spec::network::Activation;
 use hwgen_spec::schedule::activation_latency;
 
-use super::probe::{Probe, address_bits, within};
+use super::probe::{Probe, address_bits, show_interior, within};
 
 /// `hwg_requant` and the bias ROM in front of it.
 ///
@@ -305,6 +305,8 @@ pub(super) struct Units {
     one: i64,
     bits: u32,
     hides_operands: bool,
+    /// Whether the device has multipliers in blocks.
+    in_blocks: bool,
     in_logic: bool,
     lanes: usize,
     /// Depths of the tables of the ROM.
@@ -362,6 +364,7 @@ impl Units {
             distance_bits: table.distance_bits(),
             one,
             hides_operands: device.hides_operands(),
+            in_blocks: device.has_multipliers(),
             in_logic: layer.activation_in_logic,
             table,
             bits: layer.quant.output.width(),
@@ -516,6 +519,8 @@ impl Units {
                 probe.word("a_q", distance + 1, part(rom + 1));
                 probe.word("b_q", slope + 1, line(rom + 1).1);
                 probe.word("p_q", distance + slope + 2, part(rom + 2) * line(rom + 2).1);
+            } else {
+                show_interior(probe, self.in_blocks, distance + 1, slope + 1);
             }
             probe.word("r_q", distance + slope + 2, part(rom + 3) * line(rom + 3).1);
         });

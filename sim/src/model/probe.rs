@@ -15,6 +15,9 @@ pub trait Probe {
     /// A packed register of unequal fields, the first in the lowest bits.
     fn fields(&mut self, name: &str, bits: &[u32], values: &[i64]);
 
+    /// A register whose value is not shown: its name and width alone are known.
+    fn interior(&mut self, _name: &str, _bits: u32) {}
+
     /// A register of one word.
     fn word(&mut self, name: &str, bits: u32, value: i64) {
         self.words(name, bits, &[value]);
@@ -44,6 +47,26 @@ pub(super) fn within<P: Probe>(
     probe.enter(scope);
     show(probe);
     probe.leave();
+}
+
+/// The registers inside a multiplier of which a dump need not show more than the result: in a block
+/// they can't be seen, beside one they are built as the operands' widths ask for.
+pub(super) fn show_interior<P: Probe>(probe: &mut P, blocks: bool, a_bits: u32, b_bits: u32) {
+    if blocks {
+        within(probe, format_args!("g_wide"), |probe| {
+            probe.interior("a_r", a_bits);
+            probe.interior("b_r", b_bits);
+            probe.interior("p_r", a_bits + b_bits);
+        });
+        return;
+    }
+    for (name, step, more) in [("g_pair", 2, 2), ("g_quad", 4, 4)] {
+        for i in 0..b_bits.div_ceil(step) {
+            within(probe, format_args!("{name}[{i}]"), |probe| {
+                probe.interior("sum_q", a_bits + more);
+            });
+        }
+    }
 }
 
 /// `$clog2(n + 1)`: bits of a counter that reaches `n`.

@@ -21,7 +21,8 @@ pub(super) fn check(
         work_dir: &plan.work_dir,
         timeout: plan.timeout,
     };
-    let registers = Model::new(plan.design).registers();
+    let model = Model::new(plan.design);
+    let registers = [model.registers(), model.interior()].concat();
     let found = match structure::compare(plan.toolbox, &request, &registers) {
         Ok(found) => found,
         Err(ToolError::Missing { .. } | ToolError::TooOld { .. }) => {
