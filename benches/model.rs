@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use hwgen_sim::model::{Model, Pins};
 use hwgen_sim::session;
 use hwgen_sim::simulator::{BuildPlan, Purpose, Simulator, Text};
-use hwgen_sim::stimulus::segments;
+use hwgen_sim::stimulus::{Effort, segments};
 use hwgen_sim::tool::Toolbox;
 use hwgen_spec::design::Design;
 use hwgen_spec::format::to_bits;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let net = weights::read(include_bytes!("../designs/landing-wide/weights.json"))?;
     let design = Design::new(&net, &Options::default())?;
     // Long flows come in pieces.
-    let mut pieces = segments(&design, &[], FRAMES, 1, false)
+    let mut pieces = segments(&design, &[], FRAMES, 1, Effort::Usual)
         .into_iter()
         .filter(|s| s.name.starts_with("random x continuous"));
     let mut segment = pieces.next().ok_or("no such segment")?;

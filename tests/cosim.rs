@@ -7,6 +7,7 @@ mod support;
 use std::collections::BTreeMap;
 
 use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
 use hwgen_spec::design::Design;
 use hwgen_spec::options::{Budget, Options};
 use hwgen_spec::weights;
@@ -15,6 +16,8 @@ use support::{Check, assert_verified, axes, check, emit, in_parallel};
 
 /// Random designs that Icarus checks; the seeds are their names.
 const DESIGNS: u64 = 64;
+/// Of these, one in so many with all that a verdict takes.
+const FULLY: u64 = 6;
 
 /// Random frames of each check, spread over the four flows.
 const RANDOM: usize = 12;
@@ -102,6 +105,10 @@ fn random_designs_are_equal_in_icarus() {
             random: RANDOM,
             seed: *seed,
             simulators: &[Simulator::Icarus],
+            effort: match seed % FULLY {
+                0 => Effort::Usual,
+                _ => Effort::Quick,
+            },
         };
         match check(&bundle, &plan) {
             Ok(report) if report.verified => None,
@@ -128,6 +135,7 @@ fn some_random_designs_are_equal_in_verilator() {
             random: RANDOM,
             seed,
             simulators: &Simulator::ALL,
+            effort: Effort::Usual,
         };
         let report = check(&bundle, &plan).expect("the simulators run");
         assert_verified(&report, &format!("design {}", 1000 + seed));
@@ -171,6 +179,7 @@ fn a_rom_of_several_memories_is_equal_in_both_simulators() {
         random: 4,
         seed: 1,
         simulators: &Simulator::ALL,
+        effort: Effort::Quick,
     };
     let report = check(&bundle, &plan).expect("the simulators run");
     assert_verified(&report, "deep");
@@ -185,6 +194,7 @@ fn the_landing_design_is_equal_in_icarus() {
         random: 8,
         seed: 1,
         simulators: &[Simulator::Icarus],
+        effort: Effort::Quick,
     };
     let start = std::time::Instant::now();
     let report = check(&bundle, &plan).expect("Icarus runs");

@@ -4,7 +4,7 @@
 mod random;
 
 use hwgen_sim::session;
-use hwgen_sim::stimulus::segments;
+use hwgen_sim::stimulus::{Effort, segments};
 use hwgen_sim::verify::summary;
 use hwgen_spec::design::Design;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ fn every_pair_of_conditions_and_every_reset_occurs_in_a_hundred_random_designs()
     let failures = seeds.par_iter().map(|seed| {
         let (net, options) = random::random_design(*seed);
         let design = Design::new(&net, &options).expect("a legal design");
-        let segments = segments(&design, &[], 4, *seed, false);
+        let segments = segments(&design, &[], 4, *seed, Effort::Usual);
         let sessions: Vec<_> = segments.iter().map(|s| session::run(&design, s)).collect();
         let wrong = segments
             .iter()

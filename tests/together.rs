@@ -15,6 +15,7 @@ use std::process::Command;
 
 use hwgen_gen::{Bundle, Source, generate};
 use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
 use hwgen_sim::tool::{ICARUS, Tool, Toolbox, VERILATOR, YOSYS};
 use hwgen_spec::design::Design;
 use hwgen_spec::network::FloatNet;
@@ -356,6 +357,7 @@ fn a_renamed_bundle_is_read_back_and_verified() {
             random: 4,
             seed: 1,
             simulators: &[Simulator::Icarus],
+            effort: Effort::Quick,
         };
         let report = check_source(&path, &source, &check).expect("Icarus runs");
         assert_verified(&report, wanted.name);

@@ -8,6 +8,7 @@ use clap::builder::RangedU64ValueParser;
 use hwgen_gen::Source;
 use hwgen_sim::error::ToolError;
 use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan};
 use serde_json::json;
@@ -205,7 +206,10 @@ impl Check<'_> {
             vectors: self.vectors,
             random: self.random,
             seed: self.seed,
-            thorough: self.thorough,
+            effort: match self.thorough {
+                true => Effort::Thorough,
+                false => Effort::Usual,
+            },
             simulators: self.simulators,
             toolbox: self.toolbox,
             work_dir: work,

@@ -293,8 +293,15 @@ impl<'a> Driver<'a> {
         // Pins that do not count carry noise: nothing may depend on them.
         let noise = lane_format(self.design);
         let mut s_last = self.rng.random();
+        let pattern = self.rng.random_range(0..4);
         let mut s_data: Vec<i64> = (0..per_beat)
-            .map(|_| self.rng.random_range(noise.min_code()..=noise.max_code()))
+            .map(|lane| match pattern {
+                0 => 0,
+                1 => -1,
+                // A word that could be one of a frame.
+                2 => self.design.input().high[lane % self.design.input().high.len()],
+                _ => self.rng.random_range(noise.min_code()..=noise.max_code()),
+            })
             .collect();
         if self.offered {
             let frame = &self.segment.frames[self.frame];

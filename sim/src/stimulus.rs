@@ -115,6 +115,18 @@ impl Resets {
     }
 }
 
+/// How much is driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Without aimed resets, the sweep of resets, and the run of hundreds of frames: for a look at many
+    /// designs, not for a verdict on one.
+    Quick,
+    /// What a verdict takes.
+    Usual,
+    /// And every reset of the sweep in every simulator, at whatever interval.
+    Thorough,
+}
+
 /// Which simulators replay a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
@@ -148,7 +160,7 @@ pub fn segments(
     vectors: &[Vec<f64>],
     random: usize,
     seed: u64,
-    thorough: bool,
+    effort: Effort,
 ) -> Vec<Segment> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let corners = corners(design, &mut rng);
@@ -211,13 +223,15 @@ pub fn segments(
         push("random", flow, &share(&random));
         push("file", flow, &share(&rows));
     }
-    segments.extend(crossed(design, &mut rng));
-    segments.extend(aim::segments(design, thorough, &mut rng));
+    segments.extend(crossed(design, effort, &mut rng));
+    if effort != Effort::Quick {
+        segments.extend(aim::segments(design, effort, &mut rng));
+    }
     segments
 }
 
 /// Frames in which all pairs of conditions occur, and hundreds of frames in one run.
-fn crossed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Segment> {
+fn crossed(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) -> Vec<Segment> {
     let many: Vec<Frame> = (0..MANY_FRAMES)
         .map(|_| random_frame(design, true, rng))
         .collect();
@@ -235,7 +249,10 @@ fn crossed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Segment> {
         reset_lanes: Vec::new(),
         share,
     };
-    let mut all = vec![segment("many frames", Flow::Mixed, many, share)];
+    let mut all = Vec::new();
+    if effort != Effort::Quick {
+        all.push(segment("many frames", Flow::Mixed, many, share));
+    }
     let frames = cross::crossed(design, rng);
     all.push(Segment {
         name: "conditions x crossed".into(),

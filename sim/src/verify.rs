@@ -10,7 +10,7 @@ use hwgen_spec::network::FloatNet;
 use crate::error::{SimError, ToolError};
 use crate::session::{self, Session, stimulus_text};
 use crate::simulator::{BuildPlan, Purpose, Simulator, Text};
-use crate::stimulus::segments;
+use crate::stimulus::{Effort, segments};
 use crate::tool::Toolbox;
 use crate::work::WorkDir;
 
@@ -46,8 +46,8 @@ pub struct VerifyPlan<'a> {
     pub random: usize,
     /// Seed of random frames, gaps and back-pressure.
     pub seed: u64,
-    /// Every reset of the sweep in every simulator, at whatever interval.
-    pub thorough: bool,
+    /// How much is driven.
+    pub effort: Effort,
     /// The simulators, at least one.
     pub simulators: Vec<Simulator>,
     /// Where tools are found.
@@ -103,7 +103,7 @@ pub fn verify(
         &plan.vectors,
         plan.random,
         plan.seed,
-        plan.thorough,
+        plan.effort,
     );
     let steps = 2 + plan.simulators.len() * (1 + segments.len());
     let progress = Steps::new(progress, steps);

@@ -2,7 +2,7 @@
 
 use hwgen_sim::model::{Model, Pins};
 use hwgen_sim::session;
-use hwgen_sim::stimulus::segments;
+use hwgen_sim::stimulus::{Effort, segments};
 use hwgen_spec::design::Design;
 use hwgen_spec::options::{Budget, Options};
 use hwgen_spec::weights;
@@ -12,7 +12,7 @@ fn the_landing_design_answers_as_the_untimed_model_does() {
     let text = include_bytes!("../../designs/landing/weights.json");
     let net = weights::read(text).expect("the project's own weights");
     let design = Design::new(&net, &Options::default()).expect("defaults work");
-    for segment in segments(&design, &[], 40, 1, false) {
+    for segment in segments(&design, &[], 40, 1, Effort::Usual) {
         let session = session::run(&design, &segment);
         assert_eq!(session.difference, None, "{}", segment.name);
         assert!(session.frames > 0, "{}", segment.name);
@@ -42,7 +42,7 @@ fn values_do_not_depend_on_having_been_looked_at() {
         model.values(&mut row);
         row
     };
-    for segment in segments(&design, &[], 12, 1, false) {
+    for segment in segments(&design, &[], 12, 1, Effort::Usual) {
         let pins = session::run(&design, &segment).pins;
         let (mut watched, mut alone) = (Model::new(&design), Model::new(&design));
         for (clock, pins) in pins.iter().enumerate() {
@@ -88,7 +88,7 @@ fn the_widest_array_with_the_slowest_rom_has_room_for_its_control_bits() {
     let layer = design.perceptron().layers().next().expect("a layer");
     assert_eq!((layer.rom_latency, layer.tree_levels()), (2, 11));
     assert!(layer.accumulates());
-    let segment = &segments(&design, &[], 2, 1, false)[0];
+    let segment = &segments(&design, &[], 2, 1, Effort::Usual)[0];
     let session = session::run(&design, segment);
     assert_eq!(session.difference, None);
     assert!(session.frames > 0);

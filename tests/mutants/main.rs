@@ -3,6 +3,7 @@
 //! A check that can't fail proves nothing. Every row of the table is one edit of one file of a
 //! bundle; the control is the same bundle without an edit.
 
+mod blind;
 mod far;
 mod fixture;
 mod places;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use hwgen_gen::Source;
 use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
 use hwgen_spec::design::Design;
 
 use fixture::fixture;
@@ -30,6 +32,7 @@ const ICARUS: Check<'static> = Check {
     random: RANDOM,
     seed: SEED,
     simulators: &[Simulator::Icarus],
+    effort: Effort::Quick,
 };
 
 /// The bundle of the fixture in a directory of its own.
@@ -112,6 +115,10 @@ fn every_mutant_is_found() {
 
 /// Checks a bundle with each of the faults, of which none may go unseen.
 fn hunt(mutants: &[Mutant], bundle: fn(&Path, &str) -> (PathBuf, Source)) {
+    hunt_with(&ICARUS, mutants, bundle);
+}
+
+fn hunt_with(how: &Check<'_>, mutants: &[Mutant], bundle: fn(&Path, &str) -> (PathBuf, Source)) {
     let directory = tempfile::tempdir().expect("a directory");
     let outcomes = in_parallel(mutants, |mutant| {
         let place = mutant.name.replace(|c: char| !c.is_alphanumeric(), "_");
@@ -121,7 +128,7 @@ fn hunt(mutants: &[Mutant], bundle: fn(&Path, &str) -> (PathBuf, Source)) {
             mutant.find,
             mutant.replace,
         );
-        let report = match check_source(&bundle, &source, &ICARUS) {
+        let report = match check_source(&bundle, &source, how) {
             Ok(report) => report,
             Err(error) => return Some(format!("{}: {error} {error:?}", mutant.name)),
         };

@@ -6,7 +6,7 @@ use std::path::Path;
 use hwgen_gen::Source;
 use hwgen_sim::model::Model;
 use hwgen_sim::session;
-use hwgen_sim::stimulus::segments;
+use hwgen_sim::stimulus::{Effort, segments};
 use hwgen_sim::verify::FirstDifference;
 use hwgen_spec::design::{Design, Layer, bias_rom_width};
 
@@ -60,7 +60,7 @@ fn first_difference(bundle: &Path, source: &Source, what: &str) -> FirstDifferen
 
 /// The first clock at which a ROM shows word `address`: one behind its counter.
 fn first_read(design: &Design, counter: &str, address: usize) -> usize {
-    let pins = &segments(design, &[], RANDOM, SEED, false)[0];
+    let pins = &segments(design, &[], RANDOM, SEED, Effort::Quick)[0];
     let pins = session::run(design, pins).pins;
     let mut model = Model::new(design);
     let at: usize = {

@@ -10,6 +10,7 @@ use hwgen::harness::harness;
 use hwgen_gen::Source;
 use hwgen_sim::error::SimError;
 use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
 use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{Report, VerifyPlan, verify};
 use hwgen_spec::design::{Design, Feed};
@@ -21,6 +22,7 @@ pub struct Check<'a> {
     pub random: usize,
     pub seed: u64,
     pub simulators: &'a [Simulator],
+    pub effort: Effort,
 }
 
 /// Writes the bundle of a design below `directory`.
@@ -51,7 +53,7 @@ pub fn check_source(bundle: &Path, source: &Source, check: &Check<'_>) -> Result
         vectors: Vec::new(),
         random: check.random,
         seed: check.seed,
-        thorough: false,
+        effort: check.effort,
         simulators: check.simulators.to_vec(),
         toolbox: &Toolbox::new(root),
         work_dir: bundle.with_extension("work"),

@@ -4,7 +4,7 @@ use hwgen_spec::design::Design;
 use rand::{RngExt, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Flow, Frame, PIECE_CLOCKS, ResetAt, Resets, Segment, Share, random_frame};
+use super::{Effort, Flow, Frame, PIECE_CLOCKS, ResetAt, Resets, Segment, Share, random_frame};
 use crate::model::{Model, Pins};
 use crate::session;
 
@@ -158,7 +158,7 @@ fn aimed(design: &Design, rng: &mut ChaCha8Rng) -> Segment {
 }
 
 /// Aimed resets, and the sweep over one interval of the full core.
-pub(super) fn segments(design: &Design, thorough: bool, rng: &mut ChaCha8Rng) -> Vec<Segment> {
+pub(super) fn segments(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) -> Vec<Segment> {
     let mut all = vec![aimed(design, rng)];
 
     let interval = design.interval_cycles();
@@ -168,6 +168,7 @@ pub(super) fn segments(design: &Design, thorough: bool, rng: &mut ChaCha8Rng) ->
     let frames: Vec<Frame> = (0..count)
         .map(|_| random_frame(design, true, rng))
         .collect();
+    let thorough = effort == Effort::Thorough;
     let most = match thorough {
         true => moments,
         false => (SWEEP_CYCLES / (full + moments)).clamp(LEAST_MOMENTS, moments),
