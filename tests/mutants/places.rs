@@ -343,10 +343,10 @@ fn a_weight_bit_of_the_landing_design_is_named_on_the_command_line() {
     assert_eq!(found["layer"], "position_l0");
     assert_eq!(found["neuron"], neuron);
     assert_eq!(found["input"], input);
-    // Five clocks of reset, two on its way and one until the core is ready; the array's first operand
+    // Five cycles of reset and two until the core is ready; the array's first operand
     // 78 clocks after the first beat (docs/microarchitecture.md, worked example), its weight three
     // later.
-    assert_eq!(found["cycle"], 8 + 78 + clock + 3);
+    assert_eq!(found["cycle"], 7 + 78 + clock + 3);
     assert_eq!(found["segment"], "corners x continuous");
     let files = found["files"].as_array().expect("files");
     assert_eq!(files.len(), 3);
