@@ -62,7 +62,8 @@ pub struct Args {
     /// Which simulators, separated by commas [default: all that are installed]
     #[arg(long, value_name = "icarus,verilator", value_delimiter = ',', value_parser = simulator)]
     pub simulators: Vec<Simulator>,
-    /// A reset at every cycle of an interval in every simulator, however long that takes
+    /// Resets of 1 to 8 cycles at every cycle of an interval in every simulator, however long that
+    /// takes
     #[arg(long)]
     pub thorough: bool,
     /// Where logs and dumps go: a new or empty directory, or one of an earlier check

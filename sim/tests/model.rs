@@ -93,3 +93,53 @@ fn the_widest_array_with_the_slowest_rom_has_room_for_its_control_bits() {
     assert_eq!(session.difference, None);
     assert!(session.frames > 0);
 }
+
+/// Resets of 1 to 8 cycles at every cycle of an interval of the full core: the frames behind each are
+/// answered rightly, and none is lost.
+#[test]
+fn the_frame_behind_a_reset_is_answered_rightly_whatever_its_length_and_moment() {
+    let text = include_bytes!("../../designs/landing/weights.json");
+    let net = weights::read(text).expect("the project's own weights");
+    let design = Design::new(&net, &Options::default()).expect("defaults work");
+    let all = segments(&design, &[], 0, 1, Effort::Thorough);
+    let sweep = all.iter().filter(|s| s.name.starts_with("sweep"));
+    let mut resets = std::collections::BTreeSet::new();
+    for segment in sweep {
+        let session = session::run(&design, segment);
+        assert_eq!(session.difference, None, "{}", segment.name);
+        assert_eq!(session.resets, segment.resets.planned().len());
+        let planned = segment.resets.planned().iter();
+        resets.extend(planned.map(|r| (r.after % design.interval_cycles(), r.cycles)));
+    }
+    assert_eq!(resets.len(), 8 * design.interval_cycles());
+}
+
+/// At power-up the core is as behind a reset.
+#[test]
+fn a_core_that_was_never_reset_answers_rightly() {
+    let text = include_bytes!("../../designs/tiny/weights.json");
+    let net = weights::read(text).expect("the project's own weights");
+    let design = Design::new(&net, &Options::default()).expect("defaults work");
+    let mut core = Model::new(&design);
+    let mut pins = Pins::idle(&design);
+    let codes = design.input().codes(&[60.0, 1.0]);
+    let beats = codes.chunks(design.source().words_per_beat);
+    for (i, beat) in beats.enumerate() {
+        pins.s_valid = true;
+        pins.s_last = i + 1 == design.source().beats();
+        pins.s_data[..beat.len()].copy_from_slice(beat);
+        while !core.ready() {
+            core.step(&pins);
+        }
+        core.step(&pins);
+    }
+    pins.s_valid = false;
+    for _ in 0..design.latency_cycles() {
+        if core.output().is_some() {
+            break;
+        }
+        core.step(&pins);
+    }
+    let answer = core.output().expect("an answer").data.to_vec();
+    assert_eq!(answer, design.net().evaluate(&codes).codes);
+}

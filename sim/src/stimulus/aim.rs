@@ -12,6 +12,8 @@ use crate::session;
 const SWEEP_CYCLES: usize = 65_536;
 /// Of how many resets of the sweep an interpreting simulator has one.
 const INTERPRETED_PART: usize = 8;
+/// The longest reset of the sweep; a thorough one has each length at each moment.
+const MOST_CYCLES: usize = 8;
 /// The sweep has so many moments at least, at whatever interval.
 const LEAST_MOMENTS: usize = 16;
 /// How often resets are added for lanes that those before have not changed.
@@ -176,15 +178,24 @@ pub(super) fn segments(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) ->
     let mut sweep: Vec<usize> = (0..moments).collect();
     sweep.shuffle(rng);
     sweep.truncate(most);
-    let mut push = |mut moments: Vec<usize>, share| {
-        moments.sort_unstable();
+    let mut push = |moments: &[usize], share| {
+        let mut resets: Vec<ResetAt> = moments
+            .iter()
+            .flat_map(|moment| {
+                let lengths = match thorough {
+                    true => 1..=MOST_CYCLES,
+                    false => 1 + moment % MOST_CYCLES..=1 + moment % MOST_CYCLES,
+                };
+                lengths.map(move |cycles| ResetAt {
+                    after: full + moment,
+                    cycles,
+                })
+            })
+            .collect();
+        resets.sort_unstable_by_key(|reset| (reset.after, reset.cycles));
         let piece = (PIECE_CLOCKS / (full + interval)).max(1);
-        let pieces = moments.len().div_ceil(piece);
-        for (number, moments) in moments.chunks(piece).enumerate() {
-            let resets = moments.iter().map(|moment| ResetAt {
-                after: full + moment,
-                cycles: 1 + (moment + number) % 8,
-            });
+        let pieces = resets.len().div_ceil(piece);
+        for (number, resets) in resets.chunks(piece).enumerate() {
             let part = match pieces {
                 1 => String::new(),
                 _ => format!(" {} of {pieces}", number + 1),
@@ -194,18 +205,18 @@ pub(super) fn segments(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) ->
                 flow: Flow::Continuous,
                 frames: frames.clone(),
                 seed: rng.random(),
-                resets: Resets::At(resets.collect()),
+                resets: Resets::At(resets.to_vec()),
                 reset_lanes: Vec::new(),
                 share,
             });
         }
     };
     if thorough {
-        push(sweep, Share::All);
+        push(&sweep, Share::All);
     } else {
         let part = sweep.len().div_ceil(INTERPRETED_PART);
-        push(sweep[..part].to_vec(), Share::Interpreted);
-        push(sweep, Share::Compiled);
+        push(&sweep[..part], Share::Interpreted);
+        push(&sweep, Share::Compiled);
     }
     all
 }
