@@ -1,0 +1,188 @@
+//! Random correct designs, each of which `verify` must call verified: a command, not a test.
+//!
+//! `cargo bench --bench campaign -- --count 500 --seed 1 --verilator 50 --out docs/campaign.md`
+
+#[path = "../tests/support/random.rs"]
+mod random;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use hwgen::harness::harness;
+use hwgen_gen::Source;
+use hwgen_sim::simulator::Simulator;
+use hwgen_sim::stimulus::Effort;
+use hwgen_sim::tool::Toolbox;
+use hwgen_sim::verify::{VerifyPlan, verify};
+use hwgen_spec::design::Design;
+use rayon::prelude::*;
+
+/// Random frames of each check.
+const RANDOM: usize = 12;
+
+struct Arguments {
+    count: u64,
+    seed: u64,
+    verilator: u64,
+    out: Option<PathBuf>,
+}
+
+/// What came of one design.
+#[derive(Default)]
+struct Outcome {
+    alarm: Option<String>,
+    frames: usize,
+    resets: usize,
+    cycles: usize,
+    values: u64,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = read()?;
+    let directory = tempfile::tempdir()?;
+    let (start, done) = (Instant::now(), AtomicUsize::new(0));
+    let outcomes: Vec<Outcome> = (0..arguments.count)
+        .into_par_iter()
+        .map(|i| {
+            let simulators: &[Simulator] = match i < arguments.verilator {
+                true => &Simulator::ALL,
+                false => &[Simulator::Icarus],
+            };
+            let outcome = one(arguments.seed + i, simulators, directory.path());
+            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+            if let Some(alarm) = &outcome.alarm {
+                eprintln!("{alarm}");
+            }
+            if done.is_multiple_of(10) {
+                eprintln!(
+                    "{done} of {}, {:.0} s",
+                    arguments.count,
+                    start.elapsed().as_secs_f64()
+                );
+            }
+            outcome
+        })
+        .collect();
+    let text = report(&arguments, &outcomes);
+    print!("{text}");
+    if let Some(out) = &arguments.out {
+        std::fs::write(out, &text)?;
+    }
+    match outcomes.iter().all(|outcome| outcome.alarm.is_none()) {
+        true => Ok(()),
+        false => Err("a correct design was not verified".into()),
+    }
+}
+
+fn read() -> Result<Arguments, String> {
+    let mut arguments = Arguments {
+        count: 500,
+        seed: 1,
+        verilator: 50,
+        out: None,
+    };
+    let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
+    while let Some(word) = words.next() {
+        let value = words
+            .next()
+            .ok_or(format!("expected a value behind {word}"))?;
+        let number = || {
+            value
+                .parse()
+                .map_err(|_| format!("expected a number behind {word}"))
+        };
+        match word.as_str() {
+            "--count" => arguments.count = number()?,
+            "--seed" => arguments.seed = number()?,
+            "--verilator" => arguments.verilator = number()?,
+            "--out" => arguments.out = Some(value.into()),
+            _ => {
+                return Err(format!(
+                    "expected --count, --seed, --verilator or --out, found {word}"
+                ));
+            }
+        }
+    }
+    Ok(arguments)
+}
+
+fn one(seed: u64, simulators: &[Simulator], directory: &Path) -> Outcome {
+    let (net, options) = random::random_design(seed);
+    let alarm = |what: String| Outcome {
+        alarm: Some(format!("design {seed}: {what}")),
+        ..Outcome::default()
+    };
+    let design = match Design::new(&net, &options) {
+        Ok(design) => design,
+        Err(error) => return alarm(error.to_string()),
+    };
+    let place = directory.join(format!("{seed}"));
+    let bundle = place.join(design.name());
+    let outcome = hwgen_gen::generate(&design, &net)
+        .write(&bundle)
+        .map_err(|error| error.to_string())
+        .and_then(|()| Source::read(&bundle).map_err(|error| error.to_string()))
+        .and_then(|source| {
+            let plan = VerifyPlan {
+                bundle: bundle.clone(),
+                sources: source.rtl(),
+                harness: harness(&source),
+                design: &source.design,
+                net: &source.net,
+                vectors: Vec::new(),
+                random: RANDOM,
+                seed,
+                effort: Effort::Usual,
+                simulators: simulators.to_vec(),
+                toolbox: &Toolbox::new(Path::new(env!("CARGO_MANIFEST_DIR"))),
+                work_dir: place.join("work"),
+                cache_dir: place.join("cache"),
+                timeout: Duration::from_secs(1200),
+            };
+            verify(&plan, &mut |_| {}).map_err(|error| error.to_string())
+        });
+    let outcome = match outcome {
+        Ok(report) if report.verified && report.structure.checked => Outcome {
+            alarm: None,
+            frames: report.runs.iter().map(|run| run.frames).sum(),
+            resets: report.stimulus.resets,
+            cycles: report.runs.iter().map(|run| run.edges).sum(),
+            values: report.runs.iter().map(|run| run.values_compared).sum(),
+        },
+        Ok(report) => alarm(format!(
+            "{:?} {:?}",
+            report.first_difference, report.stimulus
+        )),
+        Err(error) => alarm(error),
+    };
+    // Hundreds of bundles with their builds would fill a disk.
+    let _ = std::fs::remove_dir_all(&place);
+    outcome
+}
+
+fn report(arguments: &Arguments, outcomes: &[Outcome]) -> String {
+    let sum = |of: fn(&Outcome) -> usize| outcomes.iter().map(of).sum::<usize>();
+    let alarms: Vec<&str> = outcomes.iter().filter_map(|o| o.alarm.as_deref()).collect();
+    let mut text = format!(
+        "# Random correct designs\n\nMade by `tools/campaign --count {} --seed {} --verilator {}`: \
+         designs of `tests/support/random.rs`, all in Icarus Verilog, the first {} in Verilator too; \
+         structure by Yosys.\n\n| | |\n|---|---|\n| designs | {} |\n| not verified, though correct | {} \
+         |\n| frames compared | {} |\n| resets driven | {} |\n| cycles compared | {} |\n| values compared \
+         | {} |\n",
+        arguments.count,
+        arguments.seed,
+        arguments.verilator,
+        arguments.verilator,
+        outcomes.len(),
+        alarms.len(),
+        sum(|o| o.frames),
+        sum(|o| o.resets),
+        sum(|o| o.cycles),
+        outcomes.iter().map(|o| o.values).sum::<u64>(),
+    );
+    for alarm in alarms {
+        text.push_str(&format!("\n- {alarm}\n"));
+    }
+    text
+}
