@@ -101,7 +101,7 @@ fn a_core_without_initial_values_works_behind_a_reset() {
             },
         )
         .expect("builds");
-    let all = segments(design, &[], 32, 1, Effort::Quick);
+    let all = segments(design, &[], 32, 1, Effort::Usual);
     let segment = all
         .iter()
         .find(|s| s.name == "conditions x crossed")

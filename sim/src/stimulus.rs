@@ -118,8 +118,8 @@ impl Resets {
 /// How much is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Without aimed resets, the sweep of resets, and the run of hundreds of frames: for a look at many
-    /// designs, not for a verdict on one.
+    /// Classes of frames in each flow alone, without crossed conditions, aimed resets, the sweep of resets
+    /// and the run of hundreds of frames: for a look at many designs, not for a verdict on one.
     Quick,
     /// What a verdict takes.
     Usual,
@@ -223,15 +223,15 @@ pub fn segments(
         push("random", flow, &share(&random));
         push("file", flow, &share(&rows));
     }
-    segments.extend(crossed(design, effort, &mut rng));
     if effort != Effort::Quick {
+        segments.extend(crossed(design, &mut rng));
         segments.extend(aim::segments(design, effort, &mut rng));
     }
     segments
 }
 
 /// Frames in which all pairs of conditions occur, and hundreds of frames in one run.
-fn crossed(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) -> Vec<Segment> {
+fn crossed(design: &Design, rng: &mut ChaCha8Rng) -> Vec<Segment> {
     let many: Vec<Frame> = (0..MANY_FRAMES)
         .map(|_| random_frame(design, true, rng))
         .collect();
@@ -249,10 +249,7 @@ fn crossed(design: &Design, effort: Effort, rng: &mut ChaCha8Rng) -> Vec<Segment
         reset_lanes: Vec::new(),
         share,
     };
-    let mut all = Vec::new();
-    if effort != Effort::Quick {
-        all.push(segment("many frames", Flow::Mixed, many, share));
-    }
+    let mut all = vec![segment("many frames", Flow::Mixed, many, share)];
     let frames = cross::crossed(design, rng);
     all.push(Segment {
         name: "conditions x crossed".into(),
