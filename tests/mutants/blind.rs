@@ -45,6 +45,13 @@ const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_mlp.u_shared_l0_gather.place_q",
     },
     Mutant {
+        name: "an output leaves in a reset",
+        file: "rtl/hwg_count.v",
+        find: "some_next_o = some_d & ~rst_i;",
+        replace: "some_next_o = some_d;",
+        signal: "mutant.u_mlp.leave_q",
+    },
+    Mutant {
         name: "a long stall spoils the output",
         file: "rtl/hwg_egress.v",
         find: "  integer i;\n  always @(posedge clk_i) begin\n    if (load_q) user_q <= {error_i, saturated_i};\n",

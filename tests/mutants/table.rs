@@ -484,9 +484,9 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         name: "TREADY stuck high",
-        file: "rtl/hwg_ingress.v",
-        find: "  assign frame_next_o = ~rst_i & full_d;",
-        replace: "  assign (supply1, supply0) tready_o = 1'b1;\n  assign frame_next_o = ~rst_i & full_d;",
+        file: "rtl/hwg_slice.v",
+        find: "assign ready_o = ready_q;",
+        replace: "assign ready_o = 1'b1;",
         signal: "mutant.s_axis_tready",
     },
     Mutant {
@@ -515,7 +515,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_slice.v",
         find: "valid_q <= ~rst_i & (two",
         replace: "valid_q <= (two",
-        signal: "mutant.u_egress.u_slice.valid_q",
+        signal: "mutant.u_ingress.u_slice.valid_q",
     },
     Mutant {
         name: "count keeps what it had in a reset",
@@ -523,13 +523,6 @@ pub const MUTANTS: &[Mutant] = &[
         find: "some_q  <= START > 0;",
         replace: "some_q  <= some_d;",
         signal: "mutant.u_mlp.u_admit.u_credits.some_q",
-    },
-    Mutant {
-        name: "answer leaves in a reset",
-        file: "rtl/hwg_count.v",
-        find: "some_next_o = some_d & ~rst_i;",
-        replace: "some_next_o = some_d;",
-        signal: "mutant.u_mlp.leave_q",
     },
     Mutant {
         name: "slice valid without a word",
@@ -627,7 +620,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_gather.v",
         find: "complete_q & ~rst_i;",
         replace: "complete_q;",
-        signal: "mutant.u_mlp.u_b_l1_gather.g_copy[0].start_q",
+        signal: "mutant.u_mlp.u_c_l0_gather.g_copy[0].start_q",
     },
     Mutant {
         name: "a beat told a clock too early",
@@ -794,14 +787,14 @@ pub const MUTANTS: &[Mutant] = &[
         name: "sums at high impedance",
         file: "rtl/hwg_tree_level.v",
         find: "assign sums_o = sum_q;",
-        replace: "assign sums_o = {SUMS*SUM_WIDTH{1'bz}};",
+        replace: "wire [SUMS*SUM_WIDTH-1:0] open;\n  assign sums_o = open;",
         signal: "mutant.u_mlp.u_shared_l0.u_pe0.u_level2.sum_q",
     },
     Mutant {
         name: "unknown bit in a sum",
         file: "rtl/hwg_accumulator.v",
         find: "assign sum_o = sum_q[0 +: SUM_WIDTH];",
-        replace: "assign sum_o = {sum_q[SUM_WIDTH-1:1], 1'bx};",
+        replace: "reg never_q;\n  assign sum_o = {sum_q[SUM_WIDTH-1:1], never_q};",
         signal: "mutant.u_mlp.u_shared_l0.u_requant.sum_q",
     },
 ];

@@ -16,7 +16,19 @@ const ATTRIBUTES: [&str; 7] = [
     "use_dsp",
 ];
 /// Words that are for simulation alone, or that synthesis takes in another way.
-const WORDS: [&str; 22] = [
+const WORDS: [&str; 34] = [
+    "highz0",
+    "highz1",
+    "pull0",
+    "pull1",
+    "strong0",
+    "strong1",
+    "supply0",
+    "supply1",
+    "trireg",
+    "tri1",
+    "weak0",
+    "weak1",
     "casex",
     "casez",
     "deassign",
@@ -217,6 +229,7 @@ mod tests {
             ),
             ("(* blackbox *) module", "the attribute `blackbox`"),
             ("wire \\a ;", "an escaped identifier"),
+            ("assign (supply1, strong0) a = b;", "`supply1`"),
         ] {
             let text = format!("// A comment.\n{text}");
             assert_eq!(refused(&text), Some((2, found.to_owned())), "{text}");
