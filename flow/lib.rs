@@ -11,6 +11,7 @@
 //! ```
 
 pub mod aside;
+pub mod cache;
 pub mod cli;
 pub mod command;
 pub mod destination;

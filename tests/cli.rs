@@ -21,5 +21,7 @@ mod sample;
 mod synth;
 #[path = "cli/train.rs"]
 mod train;
+#[path = "cli/trust.rs"]
+mod trust;
 #[path = "cli/verify.rs"]
 mod verify;

@@ -14,6 +14,7 @@ use hwgen_sim::verify::{Report, VerifyPlan};
 use serde_json::json;
 
 use super::Outcome;
+use crate::cache;
 use crate::destination::real_path;
 use crate::failure::{Exit, Failure};
 use crate::harness::harness;
@@ -23,9 +24,9 @@ use crate::table::Table;
 pub(crate) mod report;
 
 const EXAMPLES: &str = "\
-The bundle itself is left as it is. Beside it, in the directory that holds it, are left
-  .verify/<bundle>     logs, stimuli and, after a difference, the dumps (see --work)
-  .cache/verilator     compiled benches, for the next time
+The bundle itself is left as it is. Left elsewhere are
+  .verify/<bundle>     beside the bundle: logs, stimuli and, after a difference, the dumps (see --work)
+  ~/.cache/hwgen       compiled benches, for the next time ($XDG_CACHE_HOME, if it is set)
 
 The error against float is measured over the vectors, else over the frames under `calibration` in
 the weights file, else over independent points of the input box, which say little.
@@ -197,6 +198,7 @@ impl Check<'_> {
         };
         keep_apart(&work, self.bundle)?;
         output.detail(&format!("logs in {}", work.display()));
+        let cache_dir = cache::directory("verilator", &work);
         let expected: Vec<Simulator> = self.simulators.clone();
         let plan = VerifyPlan {
             bundle: self.bundle.to_owned(),
@@ -214,7 +216,7 @@ impl Check<'_> {
             simulators: self.simulators,
             toolbox: self.toolbox,
             work_dir: work,
-            cache_dir: parent.join(".cache").join("verilator"),
+            cache_dir,
             timeout: self.timeout,
         };
         let mut line = output.progress();

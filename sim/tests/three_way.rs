@@ -2,7 +2,8 @@
 //!
 //! A missing simulator fails these tests.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use hwgen_sim::compare::{Comparison, compare};
@@ -174,6 +175,41 @@ fn verilator_equals_the_recording_and_differs_at_the_wrong_weight() {
     let different = build(Simulator::Verilator, &wrong_plan);
     assert!(!different.cached());
     assert_wrong_weight(&simulate(&different, &wrong, "verilator.vcd", 0));
+}
+
+/// What is in the cache under a design's name is run only if it was built under this name.
+#[test]
+fn a_program_of_another_core_is_not_believed() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let [cache, right, wrong] = ["cache", "right", "wrong"].map(|name| directory.path().join(name));
+    for directory in [&right, &wrong] {
+        std::fs::create_dir_all(directory).expect("a directory");
+    }
+    let right_plan = support::plan(&right, &cache, |_, text| text);
+    let wrong_plan = support::plan(&wrong, &cache, wrong_weight);
+    let entries = || -> BTreeSet<PathBuf> {
+        let entries = std::fs::read_dir(&cache).expect("a cache");
+        entries.map(|e| e.expect("an entry").path()).collect()
+    };
+    build(Simulator::Verilator, &right_plan);
+    let of_right = entries();
+    build(Simulator::Verilator, &wrong_plan);
+    let all = entries();
+    let good = of_right.first().expect("an entry");
+    let bad = all.difference(&of_right).next().expect("an entry");
+    // The program alone, then with all that lies beside it.
+    for files in [
+        &["Vtb"][..],
+        &["Vtb", "Vtb.sha256", "verilator-build.run.json"],
+    ] {
+        for file in files {
+            std::fs::copy(good.join(file), bad.join(file)).expect(file);
+        }
+        let built = build(Simulator::Verilator, &wrong_plan);
+        assert!(!built.cached());
+        assert_wrong_weight(&simulate(&built, &wrong, "verilator.vcd", 0));
+    }
+    assert!(build(Simulator::Verilator, &wrong_plan).cached());
 }
 
 /// The emitted bench with a digest of the core's outputs.

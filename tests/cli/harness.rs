@@ -115,6 +115,7 @@ impl Place {
         command
             .args(arguments)
             .current_dir(self.directory.path())
+            .env("XDG_CACHE_HOME", self.path("cache"))
             .env_remove("VIRTUAL_ENV");
         command
     }
@@ -145,7 +146,7 @@ impl Place {
     }
 }
 
-fn ran(output: Output) -> Ran {
+pub fn ran(output: Output) -> Ran {
     Ran {
         code: output.status.code(),
         stdout: String::from_utf8(output.stdout).expect("UTF-8"),

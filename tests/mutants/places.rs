@@ -296,6 +296,7 @@ fn hwgen(place: &Path, arguments: &[&str]) -> (Option<i32>, serde_json::Value) {
         .args(arguments)
         .arg("--json")
         .current_dir(place)
+        .env("XDG_CACHE_HOME", place.join("cache"))
         .output()
         .expect("starts");
     let text = String::from_utf8(output.stdout).expect("UTF-8");

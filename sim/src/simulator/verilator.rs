@@ -14,13 +14,15 @@ use crate::tool::run::{io, run_in};
 use crate::tool::{CXX, FoundTool, Invocation, MAKE, Toolbox, VERILATOR};
 
 const PROGRAM: &str = "Vtb";
-/// Digest of the program, beside it.
+/// Digest of the entry's name and of its program, beside it.
 const DIGEST: &str = "Vtb.sha256";
 const LABEL: &str = "verilator-build";
 /// Prefix of an entry of the cache that is not whole yet.
 const ASIDE: &str = ".building-";
 /// After this time nobody writes such an entry any more.
 const STALE: Duration = Duration::from_secs(3600);
+/// An entry that was not used for so long is deleted.
+const UNUSED: Duration = Duration::from_secs(30 * 24 * 3600);
 
 pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
     tools.find(&MAKE)?;
@@ -38,11 +40,13 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     let cache = std::path::absolute(&plan.cache_dir).map_err(io(&plan.cache_dir))?;
     std::fs::create_dir_all(&cache).map_err(io(&cache))?;
     sweep(&cache)?;
-    let entry = cache.join(key(plan, &inputs, [&verilator, &compiler]));
+    let key = key(plan, &inputs, [&verilator, &compiler]);
+    let entry = cache.join(&key);
 
     let work = std::path::absolute(&plan.work_dir).map_err(io(&plan.work_dir))?;
-    let cached = is_whole(&entry)?;
+    let cached = is_whole(&entry, &key)?;
     if cached {
+        touch(&entry)?;
         copy_logs(&entry, &work)?;
     } else {
         let scratch = compile(plan, &inputs, &verilator, &work)?;
@@ -52,15 +56,15 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
         copy_logs(&work, aside.path())?;
         copy_program(&program, &aside.path().join(PROGRAM)).map_err(io(&program))?;
         let digest = aside.path().join(DIGEST);
-        std::fs::write(&digest, digest_of(&program)?).map_err(io(&digest))?;
-        // What has no program is no build: left by someone who meddled with the cache.
-        if entry.is_dir() && !is_whole(&entry)? {
+        std::fs::write(&digest, digest_of(&program, &key)?).map_err(io(&digest))?;
+        // No build, or not of this design: left by someone who meddled with the cache.
+        if entry.is_dir() && !is_whole(&entry, &key)? {
             std::fs::remove_dir_all(&entry).map_err(io(&entry))?;
         }
         match std::fs::rename(aside.path(), &entry) {
             Ok(()) => {}
             // Another was first; its build is as good.
-            Err(_) if is_whole(&entry)? => {}
+            Err(_) if is_whole(&entry, &key)? => {}
             Err(error) => return Err(io(&entry)(error)),
         }
     }
@@ -73,32 +77,46 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     })
 }
 
-/// Whether an entry of the cache has a program, and the one that was put there.
-fn is_whole(entry: &Path) -> Result<bool, ToolError> {
+/// Whether an entry of the cache has a program, and the one that was put there under this name.
+fn is_whole(entry: &Path, key: &str) -> Result<bool, ToolError> {
     let program = entry.join(PROGRAM);
     if !program.is_file() {
         return Ok(false);
     }
     let stated = std::fs::read_to_string(entry.join(DIGEST)).unwrap_or_default();
-    Ok(digest_of(&program)? == stated)
+    Ok(digest_of(&program, key)? == stated)
 }
 
-fn digest_of(program: &Path) -> Result<String, ToolError> {
-    let bytes = std::fs::read(program).map_err(io(program))?;
-    let digest = Sha256::digest(bytes);
+fn digest_of(program: &Path, key: &str) -> Result<String, ToolError> {
+    let mut hash = Sha256::new();
+    hash.update(key);
+    hash.update(std::fs::read(program).map_err(io(program))?);
+    let digest = hash.finalize();
     Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// Deletes what builds that were killed have left in the cache.
+/// Notes that an entry was used now.
+fn touch(entry: &Path) -> Result<(), ToolError> {
+    let path = entry.join(DIGEST);
+    let file = std::fs::File::options().append(true).open(&path);
+    file.and_then(|file| file.set_modified(SystemTime::now()))
+        .map_err(io(&path))
+}
+
+/// Deletes what builds that were killed have left in the cache, and what nobody has used for long.
 fn sweep(cache: &Path) -> Result<(), ToolError> {
     let now = SystemTime::now();
     for entry in std::fs::read_dir(cache).map_err(io(cache))? {
         let entry = entry.map_err(io(cache))?;
         let aside = entry.file_name().to_string_lossy().starts_with(ASIDE);
+        let (changing, limit) = match aside {
+            true => (entry.path(), STALE),
+            false => (entry.path().join(DIGEST), UNUSED),
+        };
         // None where another has just renamed or deleted it.
-        let changed = entry.metadata().and_then(|m| m.modified()).ok();
+        let changed = std::fs::metadata(&changing).and_then(|m| m.modified()).ok();
         let age = changed.and_then(|changed| now.duration_since(changed).ok());
-        if aside && age.is_some_and(|age| age > STALE) {
+        if age.is_some_and(|age| age > limit) {
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
