@@ -1,11 +1,17 @@
 //! Random correct designs, each of which `verify` must call verified: a command, not a test.
 //!
 //! `cargo bench --bench campaign -- --count 500 --seed 1 --verilator 50 --out docs/campaign.md`
+//!
+//! With `--log F` each outcome is appended to a file, and designs that are in it are not checked
+//! again: a campaign of hours goes on where it ended. Delete the file after a change of hwgen.
 
 #[path = "../tests/support/random.rs"]
 mod random;
 
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -17,6 +23,7 @@ use hwgen_sim::tool::Toolbox;
 use hwgen_sim::verify::{VerifyPlan, verify};
 use hwgen_spec::design::Design;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Random frames of each check.
 const RANDOM: usize = 12;
@@ -26,11 +33,14 @@ struct Arguments {
     seed: u64,
     verilator: u64,
     out: Option<PathBuf>,
+    log: Option<PathBuf>,
 }
 
 /// What came of one design.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 struct Outcome {
+    seed: u64,
+    simulators: usize,
     alarm: Option<String>,
     frames: usize,
     resets: usize,
@@ -41,15 +51,38 @@ struct Outcome {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = read()?;
     let directory = tempfile::tempdir()?;
+    let before = match &arguments.log {
+        Some(log) => read_log(log)?,
+        None => Vec::new(),
+    };
+    let log = match &arguments.log {
+        Some(path) => Some(File::options().create(true).append(true).open(path)?),
+        None => None,
+    };
+    let log = Mutex::new(log);
     let (start, done) = (Instant::now(), AtomicUsize::new(0));
     let outcomes: Vec<Outcome> = (0..arguments.count)
         .into_par_iter()
         .map(|i| {
+            let seed = arguments.seed + i;
             let simulators: &[Simulator] = match i < arguments.verilator {
                 true => &Simulator::ALL,
                 false => &[Simulator::Icarus],
             };
-            let outcome = one(arguments.seed + i, simulators, directory.path());
+            let known = |o: &&Outcome| o.seed == seed && o.simulators == simulators.len();
+            if let Some(outcome) = before.iter().find(known) {
+                done.fetch_add(1, Ordering::Relaxed);
+                return outcome.clone();
+            }
+            let outcome = Outcome {
+                seed,
+                simulators: simulators.len(),
+                ..one(seed, simulators, directory.path())
+            };
+            if let Some(log) = log.lock().expect("no thread panics").as_mut() {
+                let line = serde_json::to_string(&outcome).expect("serializes");
+                writeln!(log, "{line}").expect("the log is written");
+            }
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
             if let Some(alarm) = &outcome.alarm {
                 eprintln!("{alarm}");
@@ -81,6 +114,7 @@ fn read() -> Result<Arguments, String> {
         seed: 1,
         verilator: 50,
         out: None,
+        log: None,
     };
     let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
     while let Some(word) = words.next() {
@@ -97,14 +131,26 @@ fn read() -> Result<Arguments, String> {
             "--seed" => arguments.seed = number()?,
             "--verilator" => arguments.verilator = number()?,
             "--out" => arguments.out = Some(value.into()),
+            "--log" => arguments.log = Some(value.into()),
             _ => {
                 return Err(format!(
-                    "expected --count, --seed, --verilator or --out, found {word}"
+                    "expected --count, --seed, --verilator, --out or --log, found {word}"
                 ));
             }
         }
     }
     Ok(arguments)
+}
+
+fn read_log(path: &Path) -> Result<Vec<Outcome>, Box<dyn std::error::Error>> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(path)?;
+    Ok(text
+        .lines()
+        .map(serde_json::from_str)
+        .collect::<Result<_, _>>()?)
 }
 
 fn one(seed: u64, simulators: &[Simulator], directory: &Path) -> Outcome {
@@ -149,6 +195,7 @@ fn one(seed: u64, simulators: &[Simulator], directory: &Path) -> Outcome {
             resets: report.stimulus.resets,
             cycles: report.runs.iter().map(|run| run.edges).sum(),
             values: report.runs.iter().map(|run| run.values_compared).sum(),
+            ..Outcome::default()
         },
         Ok(report) => alarm(format!(
             "{:?} {:?}",
