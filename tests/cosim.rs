@@ -17,7 +17,7 @@ use support::{Check, assert_verified, axes, check, emit, in_parallel};
 /// Random designs that Icarus checks; the seeds are their names.
 const DESIGNS: u64 = 64;
 /// Of these, one in so many with all that a verdict takes.
-const FULLY: u64 = 6;
+const FULLY: u64 = 8;
 
 /// Random frames of each check, spread over the four flows.
 const RANDOM: usize = 12;

@@ -119,7 +119,8 @@ impl Resets {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Classes of frames in each flow alone, without crossed conditions, aimed resets, the sweep of resets
-    /// and the run of hundreds of frames: for a look at many designs, not for a verdict on one.
+    /// and the run of hundreds of frames, and the structure is not checked: for a look at many designs, not
+    /// for a verdict on one.
     Quick,
     /// What a verdict takes.
     Usual,

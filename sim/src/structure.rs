@@ -18,9 +18,21 @@ use crate::simulator::place_sources;
 use crate::tool::live::Scratch;
 use crate::tool::run::{io, run_in};
 use crate::tool::{Invocation, Toolbox, YOSYS};
+use crate::trace::CLOCK;
 
 const SCRIPT: &str = "structure.ys";
 const NETLIST: &str = "structure.json";
+/// What Yosys's `check` says.
+const LOOPS: &str = "structure.check";
+/// How `check` begins the report of a loop of gates, which can keep a value as a register does, and of
+/// a wire that two drive.
+const FAULTS: [(&str, &str); 2] = [
+    ("found logic loop in module", "a loop of gates"),
+    (
+        "multiple conflicting drivers",
+        "a wire with several drivers",
+    ),
+];
 
 /// What Yosys is asked about.
 #[derive(Clone, Debug)]
@@ -116,7 +128,7 @@ pub fn compare(
     }
     // No optimization of registers: what is written has to be in the model, read or not.
     script.push_str(&format!(
-        "hierarchy -top {}\nproc\nflatten\nmemory_collect\nwrite_json {NETLIST}\n",
+        "hierarchy -top {}\nproc\nflatten\ntee -q -o {LOOPS} check\nmemory_collect\nwrite_json {NETLIST}\n",
         plan.top
     ));
     let script_path = scratch.path().join(SCRIPT);
@@ -138,12 +150,53 @@ pub fn compare(
     let file = File::open(&path).map_err(|_| strange())?;
     let netlist: Netlist = serde_json::from_reader(BufReader::new(file)).map_err(|_| strange())?;
     let module = netlist.modules.get(plan.top).ok_or_else(strange)?;
-    let (found, memories, extra) = state(module, registers, plan.blocks);
+    let (found, memories, mut extra) = state(module, registers, plan.blocks);
+    let path = scratch.path().join(LOOPS);
+    let checked = std::fs::read_to_string(&path).map_err(|_| strange())?;
+    if let Some(fault) = fault(&checked, module) {
+        extra.get_or_insert(fault);
+    }
     Ok(Structure {
         version: yosys.version.to_string(),
         registers: found,
         memories,
         extra,
+    })
+}
+
+/// The first fault that `check` tells of, at the first of its wires.
+fn fault(checked: &str, module: &Module) -> Option<Extra> {
+    let mut lines = checked.lines();
+    let what = lines.by_ref().find_map(|line| {
+        let (_, what) = FAULTS.iter().find(|(text, _)| line.contains(text))?;
+        Some((line, *what))
+    });
+    let (line, what) = what?;
+    // `... drivers for top.\name [3]:`, or lines `    wire name [3]` behind.
+    let after = line.split_once('\\').map_or("", |(_, name)| name);
+    let name = after
+        .split([' ', ':'])
+        .next()
+        .filter(|name| !name.is_empty());
+    let names: Vec<&str> = name
+        .into_iter()
+        .chain(
+            lines
+                .map(str::trim)
+                .take_while(|line| !line.contains("Warning") && !line.starts_with("Found"))
+                .filter_map(|line| line.strip_prefix("wire ")?.split_whitespace().next()),
+        )
+        .collect();
+    let public = names.iter().find_map(|name| {
+        let bit = module.netnames.get(*name)?.bits.first()?;
+        let same = |net: &&Net| net.hide_name == 0 && net.bits.contains(bit);
+        let found = module.netnames.iter().find(|(_, net)| same(net));
+        found.map(|(name, _)| &**name)
+    });
+    let path = public.or(names.first().copied()).unwrap_or("");
+    Some(Extra {
+        path: path.to_owned(),
+        what: what.to_owned(),
     })
 }
 
@@ -169,6 +222,7 @@ fn state(
         }
     }
     let live = live_bits(module);
+    let clock = module.ports.get(CLOCK).and_then(|port| port.bits.first());
     let mut found: HashSet<&str> = HashSet::new();
     let mut memories = 0;
     let mut extra: Vec<Extra> = Vec::new();
@@ -179,7 +233,10 @@ fn state(
             }
             let size = number(cell, "SIZE");
             let path = text(cell, "MEMID").trim_start_matches('\\').to_owned();
-            if is_queue_memory(&model, &path, size, number(cell, "WIDTH")) {
+            if number(cell, "WR_PORTS") != 1 || !is_clocked(cell, "WR_", clock) {
+                let what = format!("a memory with another write port than one clocked by {CLOCK}");
+                extra.push(Extra { path, what });
+            } else if is_queue_memory(&model, &path, size, number(cell, "WIDTH")) {
                 memories += 1;
             } else {
                 let what = format!("a memory of {size} words");
@@ -194,6 +251,13 @@ fn state(
                 continue;
             }
             match bits().find(|bit| !known.contains_key(bit)) {
+                None if cell.kind != "$dff" || !is_clocked(cell, "", clock) => {
+                    let path = bits().next().and_then(|bit| known.get(&bit));
+                    extra.push(Extra {
+                        path: path.map_or(&**name, |path| path).to_owned(),
+                        what: format!("a register that changes at something else than a rising edge of {CLOCK}"),
+                    });
+                }
                 None => found.extend(bits().filter_map(|bit| known.get(&bit).copied())),
                 Some(bit) => {
                     let path = names.get(&bit).map_or(&**name, |name| name);
@@ -256,6 +320,17 @@ fn live_bits(module: &Module) -> HashSet<u64> {
         }
     }
     live
+}
+
+/// Whether each clock of a register or of a memory's write ports is the core's, and its rising edge
+/// counts.
+fn is_clocked(cell: &Cell, prefix: &str, clock: Option<&serde_json::Value>) -> bool {
+    let all = |name: &str, bit: char| !text(cell, name).contains(bit);
+    let port = format!("{prefix}CLK");
+    let is_clock = |bits: &Vec<serde_json::Value>| bits.iter().all(|bit| Some(bit) == clock);
+    cell.connections.get(&port).is_some_and(is_clock)
+        && all(&format!("{port}_ENABLE"), '0')
+        && number(cell, &format!("{port}_POLARITY")) % 2 == 1
 }
 
 /// Cells of Yosys that keep a value.

@@ -25,7 +25,7 @@ const DUT: &str = "u_dut";
 /// Name of the number that the bench was given.
 const NONCE: &str = "nonce_q";
 /// Name of the core's clock.
-const CLOCK: &str = "aclk";
+pub(crate) const CLOCK: &str = "aclk";
 
 /// The time of rising edge `clock` in every dump.
 ///

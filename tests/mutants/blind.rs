@@ -59,6 +59,20 @@ const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_egress.n_q",
     },
     Mutant {
+        name: "gates that keep a value",
+        file: "rtl/hwg_egress.v",
+        find: "  integer i;\n  always @(posedge clk_i) begin\n    if (load_q) user_q <= {error_i, saturated_i};\n",
+        replace: "  wire was;\n  assign was = was | (quiet_i & load_q & error_i & saturated_i);\n  integer i;\n  always @(posedge clk_i) begin\n    if (load_q) user_q <= {error_i, saturated_i & ~was};\n",
+        signal: "mutant.u_egress.was",
+    },
+    Mutant {
+        name: "a register in a clock of gates",
+        file: "rtl/hwg_slice.v",
+        find: "  always @(posedge clk_i) begin\n    valid_q <=",
+        replace: "  wire clk_g = clk_i & (valid_i | ~rst_i);\n  always @(posedge clk_g) begin\n    valid_q <=",
+        signal: "mutant.u_egress.u_slice.ready_q",
+    },
+    Mutant {
         name: "a register wider than the model's",
         file: "rtl/hwg_admit.v",
         find: "reg                 ends_q = 1'b0;",

@@ -91,11 +91,11 @@ const MUTANTS: &[Mutant] = &[
         signal: "far.u_mlp.u_net_l0.g_act[0].u_segments.data_q",
     },
     Mutant {
-        name: "table chosen by the segment that follows",
+        name: "table chosen by the complement of a segment",
         file: "rtl/far__tanh12.v",
         find: "above_q <= address_i",
-        replace: "above_q = address_i",
-        signal: "far.u_mlp.u_net_l0.g_act[0].u_segments.data_q",
+        replace: "above_q <= ~address_i",
+        signal: "far.u_mlp.u_net_l0.g_act[0].u_segments.above_q",
     },
     Mutant {
         name: "distance of the segment that follows",

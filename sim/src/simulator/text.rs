@@ -1,8 +1,43 @@
-//! What the Verilog of a core must not contain: text that simulators and synthesis read differently,
-//! and calls of the simulator.
+//! What the Verilog of a core must not contain: text that simulators and synthesis may read
+//! differently, and calls of the simulator.
+//!
+//! The text is cut into tokens as IEEE 1364-2005, clause 3, has them; keywords, directives, system
+//! functions and attributes are taken from lists of what is allowed.
 
-/// Directives that are allowed, with what follows them.
-const DIRECTIVES: [&str; 2] = ["default_nettype none", "default_nettype wire"];
+mod token;
+
+use token::{Kind, Token, tokens};
+
+/// Keywords that are allowed: the part of Verilog that synthesis reads as simulators do.
+const KEYWORDS: [&str; 25] = [
+    "always",
+    "assign",
+    "begin",
+    "case",
+    "default",
+    "else",
+    "end",
+    "endcase",
+    "endgenerate",
+    "endmodule",
+    "for",
+    "generate",
+    "genvar",
+    "if",
+    "initial",
+    "input",
+    "integer",
+    "localparam",
+    "module",
+    "output",
+    "parameter",
+    "posedge",
+    "reg",
+    "signed",
+    "wire",
+];
+/// Directives that are allowed.
+const DIRECTIVES: [&str; 2] = ["`default_nettype none", "`default_nettype wire"];
 /// System functions that are allowed: constants and types, without an effect.
 const FUNCTIONS: [&str; 3] = ["$clog2", "$signed", "$unsigned"];
 /// Attributes that are allowed: they choose what a register is built of, not what it does.
@@ -15,172 +50,191 @@ const ATTRIBUTES: [&str; 7] = [
     "syn_preserve",
     "use_dsp",
 ];
-/// Words that are for simulation alone, or that synthesis takes in another way.
-const WORDS: [&str; 34] = [
-    "highz0",
-    "highz1",
-    "pull0",
-    "pull1",
-    "strong0",
-    "strong1",
-    "supply0",
-    "supply1",
-    "trireg",
-    "tri1",
-    "weak0",
-    "weak1",
-    "casex",
-    "casez",
-    "deassign",
-    "disable",
-    "event",
-    "force",
-    "forever",
-    "fork",
-    "inside",
-    "join",
-    "negedge",
-    "primitive",
-    "pullup",
-    "pulldown",
-    "real",
-    "realtime",
-    "release",
-    "specify",
-    "table",
-    "time",
-    "tri0",
-    "wait",
-];
-/// Comments that a tool reads as a command.
-const COMMANDS: [&str; 5] = [
-    "synthesis",
-    "synopsys",
+/// First words of comments that a tool reads as a command.
+const COMMANDS: [&str; 7] = [
+    "exemplar",
     "pragma",
-    "translate_off",
-    "translate_on",
+    "rtl_synthesis",
+    "synopsys",
+    "synthesis",
+    "synthesis_off",
+    "vcs",
+];
+/// Words that end the statement of an `always` block: what follows is an item of the module.
+const ITEMS: [&str; 13] = [
+    "always",
+    "assign",
+    "endgenerate",
+    "endmodule",
+    "generate",
+    "genvar",
+    "initial",
+    "integer",
+    "localparam",
+    "module",
+    "parameter",
+    "reg",
+    "wire",
 ];
 
 /// The first thing that is refused: its line, from 1, and what it is.
 pub(super) fn refused(text: &str) -> Option<(usize, String)> {
-    let mut rest = text;
-    let line = |rest: &str| 1 + text[..text.len() - rest.len()].matches('\n').count();
-    while let Some(first) = rest.chars().next() {
-        let after = &rest[first.len_utf8()..];
-        let length;
-        if rest.starts_with("//") || rest.starts_with("/*") {
-            let end = if rest.starts_with("//") { "\n" } else { "*/" };
-            length = rest.find(end).map_or(rest.len(), |at| at + end.len());
-            if let Some(found) = comment(&rest[..length]) {
-                return Some((line(rest), found));
-            }
-        } else if first == '"' {
-            let end = after.find(['"', '\n']).map_or(rest.len(), |at| at + 2);
-            length = end.min(rest.len());
-        } else if first == '\\' {
-            return Some((line(rest), "an escaped identifier".into()));
-        } else if first == '`' {
-            let directive = after.lines().next().unwrap_or("").trim();
-            if !DIRECTIVES.contains(&directive) {
-                let word = directive.split_whitespace().next().unwrap_or("");
-                return Some((line(rest), format!("`{word}")));
-            }
-            length = 1 + directive.len();
-        } else if first == '#' {
-            if !after.trim_start().starts_with('(') || is_delay(&text[..text.len() - rest.len()]) {
-                return Some((line(rest), "a delay".into()));
-            }
-            length = 1;
-        } else if rest.starts_with("(*") && !rest.starts_with("(*)") {
-            length = rest.find("*)").map_or(rest.len(), |at| at + 2);
-            if let Some(found) = attribute(&rest[2..length.saturating_sub(2).max(2)]) {
-                return Some((line(rest), found));
-            }
-        } else if rest.starts_with("===") || rest.starts_with("!==") {
-            return Some((line(rest), "a comparison with X or Z".into()));
-        } else if first == '\'' {
-            length = 1 + after
-                .find(|c: char| !(c.is_ascii_alphanumeric() || "_?".contains(c)))
-                .unwrap_or(after.len());
-            let digits = rest[1..length].to_ascii_lowercase();
-            let digits = digits.trim_start_matches(['s', 'b', 'o', 'd', 'h']);
-            if digits.contains(['x', 'z', '?']) {
-                return Some((line(rest), "a literal with X or Z".into()));
-            }
-        } else if first.is_ascii_alphabetic() || "_$".contains(first) {
-            length = rest
-                .find(|c: char| !(c.is_ascii_alphanumeric() || "_$".contains(c)))
-                .unwrap_or(rest.len());
-            if let Some(found) = word(&rest[..length], &rest[length..]) {
-                return Some((line(rest), found));
-            }
-        } else {
-            length = first.len_utf8();
+    let all = tokens(text);
+    // Comments stand anywhere; the rules on what precedes and follows a token leave them out.
+    let comments = all.iter().filter(|token| token.kind == Kind::Comment);
+    let comment = comments
+        .filter_map(|token| Some((token, comment(token.text)?)))
+        .next();
+    let code: Vec<Token> = all
+        .iter()
+        .filter(|token| token.kind != Kind::Comment)
+        .copied()
+        .collect();
+    let code = rule(&code);
+    let first = [comment, code]
+        .into_iter()
+        .flatten()
+        .min_by_key(|(token, _)| token.at);
+    first.map(|(token, found)| (1 + text[..token.at].matches('\n').count(), found))
+}
+
+/// The first token of the code that is refused.
+fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
+    let mut clocked = false;
+    let mut depth = 0_usize;
+    for (i, token) in code.iter().enumerate() {
+        let text = token.text;
+        let before = |n: usize| i.checked_sub(n).map_or("", |j| code[j].text);
+        let after = |n: usize| code.get(i + n).map_or("", |token| token.text);
+        match text {
+            "(" => depth += 1,
+            ")" => depth = depth.saturating_sub(1),
+            _ if ITEMS.contains(&text) => clocked = false,
+            _ => {}
         }
-        rest = &rest[length..];
+        let found = match token.kind {
+            Kind::Comment => None,
+            Kind::Directive => (!DIRECTIVES.contains(&text)).then(|| {
+                let word = text.split_whitespace().next().unwrap_or("");
+                word.to_owned()
+            }),
+            Kind::System => (!FUNCTIONS.contains(&text)).then(|| format!("`{text}`")),
+            Kind::Attribute => attribute(text),
+            Kind::Escaped => Some("an escaped identifier".into()),
+            Kind::Text => text
+                .contains('\\')
+                .then(|| "a text with a backslash".into()),
+            Kind::Number => text
+                .contains(['x', 'X', 'z', 'Z', '?'])
+                .then(|| "a literal with X or Z".into()),
+            Kind::Strange => Some(format!("`{text}`")),
+            Kind::Word if text == "always" => {
+                let all = [after(1), after(2)] == ["@", "*"]
+                    || [after(1), after(2), after(3), after(4)] == ["@", "(", "*", ")"];
+                clocked = [after(1), after(2), after(3), after(5)] == ["@", "(", "posedge", ")"];
+                (!all && !clocked)
+                    .then(|| "an `always` that is neither `@*` nor `@(posedge <clock>)`".into())
+            }
+            Kind::Word if token::is_reserved(text) && !KEYWORDS.contains(&text) => {
+                Some(format!("`{text}`"))
+            }
+            Kind::Word => None,
+            Kind::Symbol => match text {
+                // Parameters stand between the name of a module and `(`.
+                "#" if !(after(1) == "(" && is_name(code, i.wrapping_sub(1))) => {
+                    Some("a delay".into())
+                }
+                "===" | "!==" => Some("a comparison with X or Z".into()),
+                "->" | "->>" => Some("an event".into()),
+                // A port's name follows a bracket or a comma.
+                "." if !["(", ","].contains(&before(1)) && !is_in_block(code, i) => {
+                    Some("a name in another module".into())
+                }
+                "@" if before(1) != "always" => Some("an event control in a statement".into()),
+                // What another block reads at the same edge is the old or the new value, as the
+                // simulator likes.
+                "=" if clocked && depth == 0 => {
+                    Some("a blocking assignment in a block with a clock".into())
+                }
+                _ => None,
+            },
+        };
+        if let Some(found) = found {
+            return Some((token, found));
+        }
     }
     None
 }
 
-fn word(word: &str, after: &str) -> Option<String> {
-    if word.starts_with('$') && !FUNCTIONS.contains(&word) {
-        return Some(format!("`{word}`"));
-    }
-    if WORDS.contains(&word) {
-        return Some(format!("`{word}`"));
-    }
-    if word == "always" {
-        let sensitivity: String = after
-            .chars()
-            .filter(|c| !c.is_whitespace())
-            .take(14)
-            .collect();
-        let fits = ["@*", "@(*)", "@(posedge"]
-            .iter()
-            .any(|s| sensitivity.starts_with(s));
-        if !fits {
-            return Some("an `always` that is neither `@*` nor `@(posedge ...)`".into());
+/// Whether the name in front of the dot is that of a block in this file, be it one of several.
+fn is_in_block(code: &[Token<'_>], dot: usize) -> bool {
+    let mut at = dot;
+    let mut depth = 0_usize;
+    while let Some(before) = at.checked_sub(1) {
+        at = before;
+        match code[at].text {
+            "]" => depth += 1,
+            "[" => depth = depth.saturating_sub(1),
+            _ if depth > 0 => {}
+            name => {
+                let begins =
+                    |w: &[Token<'_>]| [w[0].text, w[1].text, w[2].text] == ["begin", ":", name];
+                let inner = at > 0 && code[at - 1].text == ".";
+                return !inner && code.windows(3).any(begins);
+            }
         }
     }
-    None
+    false
 }
 
-/// Whether `#(` behind this text is a delay: behind an assignment or `assign`, not a module's name.
-fn is_delay(before: &str) -> bool {
-    let before = before.trim_end();
-    let word = before
-        .rsplit(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
-        .next()
-        .unwrap_or("");
-    word.is_empty() || ["assign", "begin", "else", "wire", "initial"].contains(&word)
+fn is_name(code: &[Token<'_>], at: usize) -> bool {
+    code.get(at)
+        .is_some_and(|token| token.kind == Kind::Word && !token::is_reserved(token.text))
 }
 
 fn attribute(text: &str) -> Option<String> {
-    let names = text
-        .split(',')
-        .map(|a| a.split('=').next().unwrap_or("").trim());
-    names
-        .into_iter()
-        .find(|name| !ATTRIBUTES.contains(name))
-        .map(|name| format!("the attribute `{name}`"))
+    let inner = text.strip_prefix("(*").and_then(|t| t.strip_suffix("*)"));
+    let Some(inner) = inner else {
+        return Some("an attribute without an end".into());
+    };
+    // A value is a number or a plain text, so that no comma but those between attributes is met.
+    let plain = |value: &str| {
+        let value = value.trim().trim_matches('"');
+        !value.is_empty() && value.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+    };
+    inner.split(',').find_map(|one| {
+        let (name, value) = one.split_once('=').unwrap_or((one, "1"));
+        let name = name.trim();
+        (!ATTRIBUTES.contains(&name) || !plain(value))
+            .then(|| format!("the attribute `{}`", one.trim()))
+    })
 }
 
 fn comment(text: &str) -> Option<String> {
-    let body = text.trim_start_matches(['/', '*']).trim();
-    if let Some(command) = body.strip_prefix("verilator") {
-        let command = command.trim_start();
-        let lint = ["lint_off ", "lint_on "]
-            .iter()
-            .any(|c| command.starts_with(c));
-        return (!lint && body.starts_with("verilator ")).then(|| format!("the comment `{body}`"));
-    }
+    let body = text
+        .trim_start_matches(['/', '*'])
+        .trim_end_matches(['/', '*'])
+        .trim();
+    let first_line = || body.lines().next().unwrap_or("").trim();
     let first = body
         .split_whitespace()
         .next()
         .unwrap_or("")
         .to_ascii_lowercase();
-    let found = COMMANDS.contains(&&*first) || body.contains("translate_o");
-    found.then(|| format!("the comment `{}`", body.lines().next().unwrap_or("")))
+    if first.starts_with("verilator") {
+        let command = body["verilator".len()..].trim_start();
+        let lint = ["lint_off ", "lint_on "]
+            .iter()
+            .any(|c| command.starts_with(c));
+        return (!(first == "verilator" && lint))
+            .then(|| format!("the comment `{}`", first_line()));
+    }
+    let lower = body.to_ascii_lowercase();
+    let found = COMMANDS.contains(&&*first)
+        || ["translate_o", "synthesis_o", "full_case", "parallel_case"]
+            .iter()
+            .any(|word| lower.contains(word));
+    found.then(|| format!("the comment `{}`", first_line()))
 }
 
 #[cfg(test)]
@@ -200,13 +254,13 @@ mod tests {
             ),
             (
                 "/* synopsys translate_off */",
-                "the comment `synopsys translate_off */`",
+                "the comment `synopsys translate_off`",
             ),
             (
                 "// pragma translate_off\n",
                 "the comment `pragma translate_off`",
             ),
-            ("/*verilator public*/", "the comment `verilator public*/`"),
+            ("/*verilator public*/", "the comment `verilator public`"),
             ("initial $system(\"ls\");", "`$system`"),
             ("initial $c(\"system()\");", "`$c`"),
             ("initial $writememh(\"f\", m);", "`$writememh`"),
@@ -221,15 +275,70 @@ mod tests {
             ("casez (a)", "`casez`"),
             (
                 "always @(a) b = c;",
-                "an `always` that is neither `@*` nor `@(posedge ...)`",
+                "an `always` that is neither `@*` nor `@(posedge <clock>)`",
             ),
             (
                 "always @(negedge clk_i) a <= b;",
-                "an `always` that is neither `@*` nor `@(posedge ...)`",
+                "an `always` that is neither `@*` nor `@(posedge <clock>)`",
             ),
             ("(* blackbox *) module", "the attribute `blackbox`"),
             ("wire \\a ;", "an escaped identifier"),
             ("assign (supply1, strong0) a = b;", "`supply1`"),
+            ("wire a = 1'b x;", "a literal with X or Z"),
+            ("wire a = 'z;", "`'`"),
+            (
+                "parameter S = \"\\\" \"; initial $system(\"ls\");",
+                "a text with a backslash",
+            ),
+            (
+                "(* keep = \"*)\" *) initial $system(\"ls\");",
+                "the attribute `keep = \"`",
+            ),
+            (
+                "wire a; (* keep ) initial $finish;",
+                "an attribute without an end",
+            ),
+            ("function f; input a; f = a & b; endfunction", "`function`"),
+            ("always_latch if (a) b = c;", "`always_latch`"),
+            ("bind a b c();", "`bind`"),
+            (
+                "always @(posedge clk_i) begin a = b; end",
+                "a blocking assignment in a block with a clock",
+            ),
+            (
+                "always @(posedge clk_i) if (a) b <= c; else d = b;",
+                "a blocking assignment in a block with a clock",
+            ),
+            (
+                "always @(posedge clk_i or posedge rst_i) a <= b;",
+                "an `always` that is neither `@*` nor `@(posedge <clock>)`",
+            ),
+            (
+                "always @* begin @(posedge clk_i); a = b; end",
+                "an event control in a statement",
+            ),
+            ("wire a = u_b.c_q;", "a name in another module"),
+            ("wire a = u_b[0].c_q;", "a name in another module"),
+            (
+                "begin : g_a end wire a = g_a.u_b.c_q;",
+                "a name in another module",
+            ),
+            ("mul #3 u_a (b);", "a delay"),
+            ("and (a, b, c);", "`and`"),
+            ("assign a ==? b;", "`==?`"),
+            ("hwg_mul u_a (.*);", "`.*`"),
+            (
+                "// altera translate_off\n",
+                "the comment `altera translate_off`",
+            ),
+            (
+                "case (a) // SYNOPSYS full_case\n",
+                "the comment `SYNOPSYS full_case`",
+            ),
+            (
+                "// verilator tracing_off\n",
+                "the comment `verilator tracing_off`",
+            ),
         ] {
             let text = format!("// A comment.\n{text}");
             assert_eq!(refused(&text), Some((2, found.to_owned())), "{text}");
@@ -245,6 +354,10 @@ mod tests {
             "hwg_mul #(\n  .A(3)\n) u_mul (.a(16'h8000));",
             "`default_nettype none\nlocalparam A = $clog2(3); wire b = $signed(c) * 4'd3;",
             "hwg_hold #(.A(1)) u_hold ();",
+            "always @(posedge clk_i) for (i = 0; i < 4; i = i + 1) a[i] <= b[i +: 2];\nassign c = d;",
+            "always @(posedge clk_i) begin a <= b; end\nwire [3:0] c = a;\nreg [3:0] d = 4'd0;",
+            "begin : g_a\nwire b = c;\nend\nwire d = g_a[2 * i[0]].b & g_a.b;",
+            "(* rom_style = \"logic\" *) reg [3:0] rom [0:15];",
         ] {
             assert_eq!(refused(text), None, "{text}");
         }

@@ -121,6 +121,10 @@ pub(super) fn replay_all(
                     ));
                     match replay(plan, simulator, case, nonce) {
                         Ok(outcome) => {
+                            if outcome.difference.is_some() {
+                                // Only the first difference is told: later cases can't have it.
+                                lock(&queue).retain(|(other, later)| *other != s || *later < c);
+                            }
                             lock(&outcomes).push(Outcome {
                                 simulator: s,
                                 case: c,
