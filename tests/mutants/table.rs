@@ -646,8 +646,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "a vector does not end",
         file: "rtl/hwg_gather.v",
-        find: "(place_q << 1) | (place_q >> (BEATS - 1))",
-        replace: "place_q << 1",
+        find: "turned[BEATS-1:0];",
+        replace: "place_q << 1;",
         signal: "mutant.u_mlp.u_shared_l0_gather.place_q",
     },
     Mutant {

@@ -109,7 +109,7 @@ impl Gather {
         probe.bit("complete_q", self.complete());
         if let Some((flag, words)) = &self.hop {
             within(probe, format_args!("g_hop"), |probe| {
-                probe.bit("flag_q", *flag);
+                probe.bit("hop_q", *flag);
                 probe.words("data_q", self.bits, words);
             });
         }

@@ -4,8 +4,10 @@
 //! The text is cut into tokens as IEEE 1364-2005, clause 3, has them; keywords, directives, system
 //! functions and attributes are taken from lists of what is allowed.
 
+mod block;
 mod token;
 
+use block::Event;
 use token::{Kind, Token, tokens};
 
 /// Keywords that are allowed: the part of Verilog that synthesis reads as simulators do.
@@ -51,7 +53,8 @@ const ATTRIBUTES: [&str; 7] = [
     "use_dsp",
 ];
 /// First words of comments that a tool reads as a command.
-const COMMANDS: [&str; 7] = [
+const COMMANDS: [&str; 8] = [
+    "ambit",
     "exemplar",
     "pragma",
     "rtl_synthesis",
@@ -60,25 +63,13 @@ const COMMANDS: [&str; 7] = [
     "synthesis_off",
     "vcs",
 ];
-/// Words that end the statement of an `always` block: what follows is an item of the module.
-const ITEMS: [&str; 13] = [
-    "always",
-    "assign",
-    "endgenerate",
-    "endmodule",
-    "generate",
-    "genvar",
-    "initial",
-    "integer",
-    "localparam",
-    "module",
-    "parameter",
-    "reg",
-    "wire",
-];
-
 /// The first thing that is refused: its line, from 1, and what it is.
 pub(super) fn refused(text: &str) -> Option<(usize, String)> {
+    // Where a line ends for one tool and not for another, a comment does.
+    if let Some((at, c)) = text.char_indices().find(|(_, c)| token::is_odd_space(*c)) {
+        let line = 1 + text[..at].matches('\n').count();
+        return Some((line, format!("the character U+{:04X}", u32::from(c))));
+    }
     let all = tokens(text);
     // Comments stand anywhere; the rules on what precedes and follows a token leave them out.
     let comments = all.iter().filter(|token| token.kind == Kind::Comment);
@@ -100,18 +91,10 @@ pub(super) fn refused(text: &str) -> Option<(usize, String)> {
 
 /// The first token of the code that is refused.
 fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
-    let mut clocked = false;
-    let mut depth = 0_usize;
     for (i, token) in code.iter().enumerate() {
         let text = token.text;
         let before = |n: usize| i.checked_sub(n).map_or("", |j| code[j].text);
         let after = |n: usize| code.get(i + n).map_or("", |token| token.text);
-        match text {
-            "(" => depth += 1,
-            ")" => depth = depth.saturating_sub(1),
-            _ if ITEMS.contains(&text) => clocked = false,
-            _ => {}
-        }
         let found = match token.kind {
             Kind::Comment => None,
             Kind::Directive => (!DIRECTIVES.contains(&text)).then(|| {
@@ -121,19 +104,42 @@ fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
             Kind::System => (!FUNCTIONS.contains(&text)).then(|| format!("`{text}`")),
             Kind::Attribute => attribute(text),
             Kind::Escaped => Some("an escaped identifier".into()),
+            Kind::Text if text.len() < 2 || !text.ends_with('"') => {
+                Some("a text without an end".into())
+            }
             Kind::Text => text
                 .contains('\\')
                 .then(|| "a text with a backslash".into()),
-            Kind::Number => text
-                .contains(['x', 'X', 'z', 'Z', '?'])
-                .then(|| "a literal with X or Z".into()),
-            Kind::Strange => Some(format!("`{text}`")),
+            Kind::Number if text.contains(['x', 'X', 'z', 'Z', '?']) => {
+                Some("a literal with X or Z".into())
+            }
+            // Whether 0.4 counts as true is answered in two ways.
+            Kind::Number => (!text.starts_with('\'')
+                && !text.bytes().all(|c| c.is_ascii_digit() || c == b'_'))
+            .then(|| "a number that is no integer".into()),
+            Kind::Strange => Some(match text.chars().next() {
+                Some(c) if !c.is_ascii_graphic() => format!("the character U+{:04X}", u32::from(c)),
+                _ => format!("`{text}`"),
+            }),
             Kind::Word if text == "always" => {
-                let all = [after(1), after(2)] == ["@", "*"]
-                    || [after(1), after(2), after(3), after(4)] == ["@", "(", "*", ")"];
-                clocked = [after(1), after(2), after(3), after(5)] == ["@", "(", "posedge", ")"];
-                (!all && !clocked)
-                    .then(|| "an `always` that is neither `@*` nor `@(posedge <clock>)`".into())
+                let event = [after(1), after(2), after(3), after(4), after(5)];
+                let event = match event {
+                    ["@", "*", ..] => Some((3, Event::Any)),
+                    ["@", "(", "*", ")", _] => Some((5, Event::Any)),
+                    ["@", "(", "posedge", _, ")"] => Some((6, Event::Clock)),
+                    _ => None,
+                };
+                match event {
+                    Some((length, event)) => {
+                        if let Some((at, found)) = block::refused(code, i + length, event) {
+                            return Some((&code[at.min(code.len() - 1)], found.to_owned()));
+                        }
+                        None
+                    }
+                    None => {
+                        Some("an `always` that is neither `@*` nor `@(posedge <clock>)`".into())
+                    }
+                }
             }
             Kind::Word if token::is_reserved(text) && !KEYWORDS.contains(&text) => {
                 Some(format!("`{text}`"))
@@ -151,11 +157,6 @@ fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
                     Some("a name in another module".into())
                 }
                 "@" if before(1) != "always" => Some("an event control in a statement".into()),
-                // What another block reads at the same edge is the old or the new value, as the
-                // simulator likes.
-                "=" if clocked && depth == 0 => {
-                    Some("a blocking assignment in a block with a clock".into())
-                }
                 _ => None,
             },
         };
@@ -211,6 +212,9 @@ fn attribute(text: &str) -> Option<String> {
 }
 
 fn comment(text: &str) -> Option<String> {
+    if text.starts_with("/*") && (text.len() < 4 || !text.ends_with("*/")) {
+        return Some("a comment without an end".into());
+    }
     let body = text
         .trim_start_matches(['/', '*'])
         .trim_end_matches(['/', '*'])
@@ -231,9 +235,16 @@ fn comment(text: &str) -> Option<String> {
     }
     let lower = body.to_ascii_lowercase();
     let found = COMMANDS.contains(&&*first)
-        || ["translate_o", "synthesis_o", "full_case", "parallel_case"]
-            .iter()
-            .any(|word| lower.contains(word));
+        || [
+            "translate_o",
+            "synthesis_o",
+            "synthesis o",
+            "pragma_o",
+            "full_case",
+            "parallel_case",
+        ]
+        .iter()
+        .any(|word| lower.contains(word));
     found.then(|| format!("the comment `{}`", first_line()))
 }
 
@@ -357,6 +368,8 @@ mod tests {
             "always @(posedge clk_i) for (i = 0; i < 4; i = i + 1) a[i] <= b[i +: 2];\nassign c = d;",
             "always @(posedge clk_i) begin a <= b; end\nwire [3:0] c = a;\nreg [3:0] d = 4'd0;",
             "begin : g_a\nwire b = c;\nend\nwire d = g_a[2 * i[0]].b & g_a.b;",
+            "always @* begin for (i = 0; i < 4; i = i + 1) if (a <= b) c[i] = d <= e; else c[i] = 1'b0; end",
+            "always @(posedge c) case (a)\n4'd0: b <= c <= d;\ndefault: b <= 1'b0;\nendcase\nwire e = 1'b0;",
             "(* rom_style = \"logic\" *) reg [3:0] rom [0:15];",
         ] {
             assert_eq!(refused(text), None, "{text}");

@@ -44,7 +44,8 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens = Vec::new();
     let mut at = 0;
     loop {
-        at += text[at..].len() - text[at..].trim_start().len();
+        // Tools differ on all other white space.
+        at += text[at..].len() - text[at..].trim_start_matches([' ', '\t', '\n']).len();
         let rest = &text[at..];
         if rest.is_empty() {
             return tokens;
@@ -57,6 +58,11 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
         });
         at += length;
     }
+}
+
+/// Whether a tool may take it for the end of a line, or leave it out.
+pub(super) fn is_odd_space(c: char) -> bool {
+    c.is_control() && !"\t\n".contains(c) || "\u{2028}\u{2029}\u{feff}".contains(c)
 }
 
 /// Kind and length of the token at the start of a text that starts with no space.
