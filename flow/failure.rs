@@ -235,6 +235,7 @@ impl From<BundleError> for Failure {
             BundleError::Unlisted { path } => ("bundle-unlisted", path),
             BundleError::Manifest { path, .. } => ("no-manifest", path),
             BundleError::Changed { path, .. } => ("bundle-changed", path),
+            BundleError::Differs { path, .. } => ("bundle-differs", path),
             BundleError::Stale { path, .. } => ("bundle-stale", path),
             BundleError::Weights { path, source } => return Self::weights(path, source),
             BundleError::Design(_) => {

@@ -86,6 +86,14 @@ pub enum BundleError {
         /// What it is instead.
         found: String,
     },
+    /// A file around the Verilog has another text than the design leads to.
+    #[error("{path}:{line}: expected the text that hwgen generates, found another")]
+    Differs {
+        /// The file.
+        path: PathBuf,
+        /// The first line that differs, from 1.
+        line: usize,
+    },
     /// A file is not what the manifest says.
     #[error("{path}: a file of digest {expected} expected, {found} found")]
     Changed {
@@ -153,7 +161,7 @@ impl BundleError {
             Self::NoName { .. } => "name the directory that is to be made".into(),
             Self::Parked { path, .. } => format!("move {} back", path.display()),
             Self::Unlisted { .. } => "move the file elsewhere: tools read all of rtl/*.v".into(),
-            Self::Altered { .. } => "emit the bundle again".into(),
+            Self::Altered { .. } | Self::Differs { .. } => "emit the bundle again".into(),
             Self::Io { .. } => "check that the path exists and that you may use it".into(),
             Self::Manifest { .. } => "give the directory that `hwgen emit` wrote".into(),
             Self::Changed { .. } | Self::Stale { .. } => {

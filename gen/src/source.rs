@@ -55,6 +55,9 @@ impl Source {
             let path = directory.join(&file.path);
             let found = match fs::read_to_string(&path) {
                 Ok(text) => sha256(&text),
+                Err(e) if e.kind() == io::ErrorKind::InvalidData => {
+                    "bytes that are no UTF-8".into()
+                }
                 Err(e) => e.to_string(),
             };
             if found != file.sha256 {
@@ -83,6 +86,7 @@ impl Source {
         }
         let generated = generate(&design, &net);
         check_manifest(&path, &text, &generated)?;
+        check_surroundings(directory, &generated)?;
         for folder in ["rtl", "sim", "tb"] {
             let below = directory.join(folder);
             // Only some devices have models; a listed file that is not there was missed above.
@@ -123,6 +127,25 @@ impl Source {
         });
         files.collect()
     }
+}
+
+/// Compares what lies around the Verilog with what the design has: a script or a list of files that
+/// says something else makes another core of it.
+fn check_surroundings(directory: &Path, generated: &Bundle) -> Result<(), BundleError> {
+    let read = ["manifest.json", "weights.json"];
+    let files = generated.files().iter();
+    for file in files.filter(|f| !f.path.starts_with("rtl/") && !read.contains(&&*f.path)) {
+        let path = directory.join(&file.path);
+        let text = fs::read_to_string(&path).map_err(io_error(&path))?;
+        if text != file.text {
+            let pairs = text.lines().zip(file.text.lines());
+            let line = 1 + pairs
+                .take_while(|(found, expected)| found == expected)
+                .count();
+            return Err(BundleError::Differs { path, line });
+        }
+    }
+    Ok(())
 }
 
 /// Compares a manifest with the one that the design has, digests of files aside.

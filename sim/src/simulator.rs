@@ -20,7 +20,7 @@ pub(crate) fn place_sources(
     sources: &[PathBuf],
     directory: &Path,
 ) -> Result<Vec<OsString>, ToolError> {
-    input::place(&input::core(sources)?, directory)
+    input::place(&input::core(sources, &[])?, directory)
 }
 
 /// A simulator that is supported.
@@ -164,6 +164,14 @@ impl Simulator {
             Self::Icarus => icarus::build(tools, plan),
             Self::Verilator => verilator::build(tools, plan),
         }
+    }
+}
+
+impl BuildPlan {
+    /// What is compiled around the core.
+    fn others(&self) -> Vec<&Text> {
+        let benches = [&self.bench, &self.bench_icarus];
+        self.models.iter().chain(benches).collect()
     }
 }
 

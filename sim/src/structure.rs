@@ -3,7 +3,7 @@
 //! A dump shows that each register of the model is in the Verilog. That the Verilog has no other is
 //! asked here: state that the model lacks could spoil an output after any number of cycles.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::BufReader;
@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 use crate::error::ToolError;
 use crate::record::Register;
-use crate::simulator::place_sources;
+use crate::simulator::{Text, place_sources};
 use crate::tool::live::Scratch;
 use crate::tool::run::{io, run_in};
 use crate::tool::{Invocation, Toolbox, YOSYS};
@@ -23,16 +23,9 @@ use crate::trace::CLOCK;
 const SCRIPT: &str = "structure.ys";
 const NETLIST: &str = "structure.json";
 /// What Yosys's `check` says.
-const LOOPS: &str = "structure.check";
-/// How `check` begins the report of a loop of gates, which can keep a value as a register does, and of
-/// a wire that two drive.
-const FAULTS: [(&str, &str); 2] = [
-    ("found logic loop in module", "a loop of gates"),
-    (
-        "multiple conflicting drivers",
-        "a wire with several drivers",
-    ),
-];
+const CHECKED: &str = "structure.check";
+/// How `check` begins the report of a wire that two drive.
+const CONFLICT: &str = "multiple conflicting drivers";
 
 /// What Yosys is asked about.
 #[derive(Clone, Debug)]
@@ -41,8 +34,10 @@ pub struct StructurePlan<'a> {
     pub top: &'a str,
     /// Verilog files of the core.
     pub sources: &'a [PathBuf],
-    /// Blocks of the device that it may instantiate: their models are the tool's own.
-    pub blocks: &'a [String],
+    /// Models of the device's blocks that it may instantiate: the tool's own.
+    pub models: &'a [Text],
+    /// Ports of the core, with widths; those that are not among the registers are inputs.
+    pub inputs: &'a [(&'a str, usize)],
     /// Where log and record are left.
     pub work_dir: &'a Path,
     /// How long it may take.
@@ -128,7 +123,7 @@ pub fn compare(
     }
     // No optimization of registers: what is written has to be in the model, read or not.
     script.push_str(&format!(
-        "hierarchy -top {}\nproc\nflatten\ntee -q -o {LOOPS} check\nmemory_collect\nwrite_json {NETLIST}\n",
+        "hierarchy -top {}\nproc\nflatten\ntee -q -o {CHECKED} check\nmemory_collect\nwrite_json {NETLIST}\n",
         plan.top
     ));
     let script_path = scratch.path().join(SCRIPT);
@@ -150,12 +145,14 @@ pub fn compare(
     let file = File::open(&path).map_err(|_| strange())?;
     let netlist: Netlist = serde_json::from_reader(BufReader::new(file)).map_err(|_| strange())?;
     let module = netlist.modules.get(plan.top).ok_or_else(strange)?;
-    let (found, memories, mut extra) = state(module, registers, plan.blocks);
-    let path = scratch.path().join(LOOPS);
+    let blocks: Vec<Block> = plan.models.iter().map(Block::read).collect();
+    let (found, memories, mut extra) = state(module, registers, &blocks);
+    extra = extra
+        .or_else(|| wrong_port(module, registers, plan.inputs))
+        .or_else(|| wrong_wire(module, &blocks));
+    let path = scratch.path().join(CHECKED);
     let checked = std::fs::read_to_string(&path).map_err(|_| strange())?;
-    if let Some(fault) = fault(&checked, module) {
-        extra.get_or_insert(fault);
-    }
+    extra = extra.or_else(|| conflict(&checked));
     Ok(Structure {
         version: yosys.version.to_string(),
         registers: found,
@@ -164,39 +161,19 @@ pub fn compare(
     })
 }
 
-/// The first fault that `check` tells of, at the first of its wires.
-fn fault(checked: &str, module: &Module) -> Option<Extra> {
-    let mut lines = checked.lines();
-    let what = lines.by_ref().find_map(|line| {
-        let (_, what) = FAULTS.iter().find(|(text, _)| line.contains(text))?;
-        Some((line, *what))
-    });
-    let (line, what) = what?;
-    // `... drivers for top.\name [3]:`, or lines `    wire name [3]` behind.
-    let after = line.split_once('\\').map_or("", |(_, name)| name);
-    let name = after
-        .split([' ', ':'])
-        .next()
-        .filter(|name| !name.is_empty());
-    let names: Vec<&str> = name
-        .into_iter()
-        .chain(
-            lines
-                .map(str::trim)
-                .take_while(|line| !line.contains("Warning") && !line.starts_with("Found"))
-                .filter_map(|line| line.strip_prefix("wire ")?.split_whitespace().next()),
-        )
-        .collect();
-    let public = names.iter().find_map(|name| {
-        let bit = module.netnames.get(*name)?.bits.first()?;
-        let same = |net: &&Net| net.hide_name == 0 && net.bits.contains(bit);
-        let found = module.netnames.iter().find(|(_, net)| same(net));
-        found.map(|(name, _)| &**name)
-    });
-    let path = public.or(names.first().copied()).unwrap_or("");
+/// The first wire of which `check` says, in one line: `... drivers for top.\name [3]:`.
+fn conflict(checked: &str) -> Option<Extra> {
+    let line = checked.lines().find(|line| line.contains(CONFLICT))?;
+    let name = line.rsplit('.').next().unwrap_or("");
+    let name = line.split_once('\\').map_or(name, |(_, name)| name);
     Some(Extra {
-        path: path.to_owned(),
-        what: what.to_owned(),
+        path: name
+            .trim_end_matches(':')
+            .split(' ')
+            .next()
+            .unwrap_or("")
+            .to_owned(),
+        what: "a wire with several drivers".to_owned(),
     })
 }
 
@@ -204,7 +181,7 @@ fn fault(checked: &str, module: &Module) -> Option<Extra> {
 fn state(
     module: &Module,
     registers: &[Register],
-    blocks: &[String],
+    blocks: &[Block],
 ) -> (usize, usize, Option<Extra>) {
     let model: HashMap<&str, u64> = registers.iter().map(|r| (&*r.path, r.bits())).collect();
     // Bits of the nets that are registers of the model.
@@ -272,11 +249,18 @@ fn state(
                     });
                 }
             }
-        } else if !cell.kind.starts_with('$') && !blocks.contains(&cell.kind) {
-            extra.push(Extra {
+        } else if !cell.kind.starts_with('$') {
+            let what = match blocks.iter().find(|block| block.name == cell.kind) {
+                None => Some(format!(
+                    "an instance of `{}`, which is not in the bundle",
+                    cell.kind
+                )),
+                Some(block) => block.refuses(name, cell, &model),
+            };
+            extra.extend(what.map(|what| Extra {
                 path: name.clone(),
-                what: format!("an instance of `{}`, which is not in the bundle", cell.kind),
-            });
+                what,
+            }));
         }
     }
     extra.sort_by(|a, b| a.path.cmp(&b.path));
@@ -331,6 +315,291 @@ fn is_clocked(cell: &Cell, prefix: &str, clock: Option<&serde_json::Value>) -> b
     cell.connections.get(&port).is_some_and(is_clock)
         && all(&format!("{port}_ENABLE"), '0')
         && number(cell, &format!("{port}_POLARITY")) % 2 == 1
+}
+
+/// A block of the device, as the text of its model has it.
+struct Block {
+    name: String,
+    outputs: HashSet<String>,
+    parameters: HashSet<String>,
+    /// Whether its outputs come from registers.
+    clocked: bool,
+}
+
+impl Block {
+    fn read(model: &Text) -> Self {
+        let code: String = model
+            .text
+            .lines()
+            .filter_map(|line| line.split("//").next())
+            .flat_map(|line| [line, "\n"])
+            .collect();
+        // Parameters and ports, each kind named once for as many as follow.
+        let head = code.split(");").next().unwrap_or("");
+        let (mut outputs, mut parameters) = (HashSet::new(), HashSet::new());
+        let mut kind = "";
+        for item in head.split(|c: char| ",()".contains(c)) {
+            let item = item.split('=').next().unwrap_or("");
+            let words = item.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+            for word in words.clone() {
+                if ["input", "output", "inout", "parameter"].contains(&word) {
+                    kind = word;
+                }
+            }
+            let Some(name) = words.filter(|word| !word.is_empty()).next_back() else {
+                continue;
+            };
+            match kind {
+                "output" => outputs.insert(name.to_owned()),
+                "parameter" => parameters.insert(name.to_owned()),
+                _ => continue,
+            };
+        }
+        Self {
+            name: model.name.trim_end_matches(".v").to_owned(),
+            outputs,
+            parameters,
+            clocked: code.contains("posedge"),
+        }
+    }
+
+    /// What is wrong with an instance: a block with registers has its place in a multiplier.
+    fn refuses(&self, name: &str, cell: &Cell, model: &HashMap<&str, u64>) -> Option<String> {
+        let parameter = cell
+            .parameters
+            .keys()
+            .find(|p| !self.parameters.contains(*p));
+        if let Some(parameter) = parameter {
+            return Some(format!(
+                "the parameter `{parameter}` of `{}`, which its model lacks",
+                self.name
+            ));
+        }
+        let place = name.strip_suffix("g_block.u_block");
+        let in_multiplier = place.is_some_and(|place| {
+            let product = |register| model.contains_key(&*format!("{place}{register}"));
+            place.ends_with("u_mul.") && (product("r_q") || product("p_q"))
+        });
+        (self.clocked && !in_multiplier).then(|| {
+            format!(
+                "an instance of `{}` that is no multiplier of the model",
+                self.name
+            )
+        })
+    }
+}
+
+/// A port of the core that it should not have, or not like this.
+fn wrong_port(module: &Module, registers: &[Register], inputs: &[(&str, usize)]) -> Option<Extra> {
+    let is_input = |name: &str, bits| inputs.contains(&(name, bits));
+    let is_output = |name: &str, bits: usize| {
+        let of_this = |r: &&Register| r.path == name && r.bits() == bits as u64;
+        registers.iter().any(|r| of_this(&r))
+    };
+    module.ports.iter().find_map(|(name, port)| {
+        let bits = port.bits.len();
+        let known = match &*port.direction {
+            "input" => is_input(name, bits),
+            "output" => is_output(name, bits),
+            _ => false,
+        };
+        (!known).then(|| Extra {
+            path: name.clone(),
+            what: format!(
+                "an {} of {bits} bits, which the core does not have",
+                port.direction
+            ),
+        })
+    })
+}
+
+/// A wire that nothing drives, a loop of gates, or the clock where data are read.
+fn wrong_wire(module: &Module, blocks: &[Block]) -> Option<Extra> {
+    let mut names: HashMap<u64, &str> = HashMap::new();
+    for (name, net) in module.netnames.iter().filter(|(_, net)| net.hide_name == 0) {
+        for bit in bits_of(&net.bits) {
+            names.entry(bit).or_insert(name);
+        }
+    }
+    let found = |bit: u64, what: &str| {
+        Some(Extra {
+            path: names.get(&bit).map_or("", |name| name).to_owned(),
+            what: what.to_owned(),
+        })
+    };
+    let clock = module
+        .ports
+        .get(CLOCK)
+        .and_then(|p| bits_of(&p.bits).next());
+    let is_output = |cell: &Cell, port: &str| match cell.port_directions.get(port) {
+        Some(direction) => direction == "output",
+        None => blocks
+            .iter()
+            .any(|block| block.name == cell.kind && block.outputs.contains(port)),
+    };
+    let inputs = module.ports.values().filter(|p| p.direction == "input");
+    let mut driven: HashSet<u64> = inputs.flat_map(|p| bits_of(&p.bits)).collect();
+    // Of each bit that a gate makes: those that it is made of.
+    let mut sources: HashMap<u64, Vec<u64>> = HashMap::new();
+    for cell in module.cells.values() {
+        let (mut read, mut made) = (Vec::new(), Vec::new());
+        for (port, bits) in &cell.connections {
+            match is_output(cell, port) {
+                true => made.extend(bits_of(bits)),
+                // What a memory is written does not pass it.
+                false if cell.kind.starts_with("$mem") && port != "RD_ADDR" => {}
+                false => read.extend(bits_of(bits)),
+            }
+        }
+        driven.extend(&made);
+        let clocked =
+            is_state(&cell.kind) || blocks.iter().any(|b| b.name == cell.kind && b.clocked);
+        if clocked {
+            continue;
+        }
+        if BITWISE.contains(&&*cell.kind) {
+            let y = &cell.connections["Y"];
+            for (i, bit) in y.iter().enumerate() {
+                let Some(bit) = bit.as_u64() else { continue };
+                let own = cell.connections.iter().filter(|(port, _)| *port != "Y");
+                let of_bit = own.flat_map(|(port, bits)| match &**port {
+                    "S" => bits_of(bits).collect::<Vec<_>>(),
+                    // An operand of fewer bits is extended by its last.
+                    _ => bits
+                        .get(i.min(bits.len() - 1))
+                        .and_then(|b| b.as_u64())
+                        .into_iter()
+                        .collect(),
+                });
+                sources.insert(bit, of_bit.collect());
+            }
+        } else {
+            for bit in made {
+                sources.insert(bit, read.clone());
+            }
+        }
+    }
+    let mut readers: HashMap<u64, Vec<(&Cell, &str)>> = HashMap::new();
+    for cell in module.cells.values() {
+        for (port, bits) in cell
+            .connections
+            .iter()
+            .filter(|(port, _)| !is_output(cell, port))
+        {
+            for bit in bits_of(bits) {
+                readers.entry(bit).or_default().push((cell, port));
+            }
+        }
+    }
+    // The first wire with a name that comes of a cell.
+    let named = |cell: &Cell| -> u64 {
+        let made = |cell: &Cell| -> Vec<u64> {
+            let outputs = cell
+                .connections
+                .iter()
+                .filter(|(port, _)| is_output(cell, port));
+            outputs.flat_map(|(_, bits)| bits_of(bits)).collect()
+        };
+        let (mut left, mut seen) = (VecDeque::from(made(cell)), HashSet::new());
+        while let Some(bit) = left.pop_front() {
+            if names.contains_key(&bit) {
+                return bit;
+            }
+            if seen.insert(bit) {
+                let behind = readers.get(&bit).into_iter().flatten();
+                left.extend(behind.flat_map(|(cell, _)| made(cell)));
+            }
+        }
+        0
+    };
+    let live = live_bits(module);
+    // What reaches no output can do no harm, as a variable of a loop, which keeps what it is not given.
+    let is_live = |cell: &Cell| {
+        let mut made = cell
+            .connections
+            .iter()
+            .filter(|(port, _)| is_output(cell, port));
+        made.any(|(_, bits)| bits_of(bits).any(|bit| live.contains(&bit)))
+    };
+    for cell in module.cells.values() {
+        for (port, bits) in &cell.connections {
+            if is_output(cell, port) {
+                continue;
+            }
+            let unknown = bits.iter().any(|bit| bit.as_str() == Some("x"));
+            // What is chosen in no case: of a case that has all, of a memory that is not written.
+            let may = port.starts_with("RD_CLK")
+                || port == "A" && ["$mux", "$pmux"].contains(&&*cell.kind);
+            if unknown && !may && is_live(cell) {
+                return found(named(cell), "an unknown bit among what it is made of");
+            }
+            if let Some(bit) = bits_of(bits).find(|bit| !driven.contains(bit)) {
+                return found(bit, "a wire that nothing drives");
+            }
+            if bits_of(bits).any(|bit| Some(bit) == clock) && !port.contains("CLK") {
+                let made = cell
+                    .connections
+                    .iter()
+                    .filter(|(port, _)| is_output(cell, port));
+                let made = made.flat_map(|(_, bits)| bits_of(bits)).next();
+                return found(
+                    made.unwrap_or(0),
+                    "the clock among the data that it is made of",
+                );
+            }
+        }
+    }
+    let outputs = module.ports.values().filter(|p| p.direction == "output");
+    if let Some(bit) = outputs
+        .flat_map(|p| bits_of(&p.bits))
+        .find(|b| !driven.contains(b))
+    {
+        return found(bit, "an output that nothing drives");
+    }
+    loop_of(&sources).and_then(|bit| found(bit, "a loop of gates"))
+}
+
+/// Cells each bit of whose result comes of the same bit of each operand.
+const BITWISE: [&str; 7] = ["$and", "$mux", "$not", "$or", "$pos", "$xnor", "$xor"];
+
+fn bits_of(bits: &[serde_json::Value]) -> impl Iterator<Item = u64> {
+    bits.iter().filter_map(serde_json::Value::as_u64)
+}
+
+/// A bit that is made of itself.
+fn loop_of(sources: &HashMap<u64, Vec<u64>>) -> Option<u64> {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Mark {
+        Open,
+        Done,
+    }
+    let mut marks: HashMap<u64, Mark> = HashMap::new();
+    for start in sources.keys() {
+        let mut path = vec![(*start, 0)];
+        while let Some((bit, next)) = path.last_mut() {
+            let bit = *bit;
+            if *next == 0 {
+                match marks.get(&bit) {
+                    Some(Mark::Done) => {
+                        path.pop();
+                        continue;
+                    }
+                    Some(Mark::Open) => return Some(bit),
+                    None => marks.insert(bit, Mark::Open),
+                };
+            }
+            let source = sources.get(&bit).and_then(|all| all.get(*next)).copied();
+            *next += 1;
+            match source {
+                Some(source) => path.push((source, 0)),
+                None => {
+                    marks.insert(bit, Mark::Done);
+                    path.pop();
+                }
+            }
+        }
+    }
+    None
 }
 
 /// Cells of Yosys that keep a value.

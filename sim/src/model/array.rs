@@ -3,7 +3,7 @@
 use hwgen_spec::design::Layer;
 use hwgen_spec::device::Device;
 
-use super::probe::{Probe, address_bits, counter_bits, show_interior, within};
+use super::probe::{Probe, address_bits, counter_bits, show_adders, show_wide, within};
 
 /// One word of four processing elements.
 ///
@@ -283,6 +283,7 @@ impl Array {
                 pairs.map(|(a, b)| code(*a) * b).collect()
             };
             let (a, b) = (self.history(self.data + 1).0, weights(self.data + 1));
+            let (a2, b2) = (self.history(self.data + 2).0, weights(self.data + 2));
             let (p_q, r_q) = (products(self.data + 2), products(self.data + 3));
             within(probe, format_args!("u_w{p}"), |probe| {
                 if self.copy_latency > 0 {
@@ -312,8 +313,11 @@ impl Array {
                                 probe.word("a_q", self.x_bits, code(a[s]));
                                 probe.word("b_q", self.w_bits, b[s]);
                                 probe.word("p_q", self.x_bits + self.w_bits, p_q[s]);
+                            } else if self.in_blocks {
+                                show_wide(probe, self.x_bits, self.w_bits);
                             } else {
-                                show_interior(probe, self.in_blocks, self.x_bits, self.w_bits);
+                                let operands = [(code(a[s]), b[s]), (code(a2[s]), b2[s])];
+                                show_adders(probe, (self.x_bits, self.w_bits), operands);
                             }
                             probe.word("r_q", self.x_bits + self.w_bits, r_q[s]);
                         });

@@ -9,7 +9,7 @@ use hwgen_spec::format::to_bits;
 use hwgen_spec::network::Activation;
 use hwgen_spec::schedule::activation_latency;
 
-use super::probe::{Probe, address_bits, show_interior, within};
+use super::probe::{Probe, address_bits, show_adders, show_wide, within};
 
 /// `hwg_requant` and the bias ROM in front of it.
 ///
@@ -519,8 +519,11 @@ impl Units {
                 probe.word("a_q", distance + 1, part(rom + 1));
                 probe.word("b_q", slope + 1, line(rom + 1).1);
                 probe.word("p_q", distance + slope + 2, part(rom + 2) * line(rom + 2).1);
+            } else if self.in_blocks {
+                show_wide(probe, distance + 1, slope + 1);
             } else {
-                show_interior(probe, self.in_blocks, distance + 1, slope + 1);
+                let operands = [rom + 1, rom + 2].map(|age| (part(age), line(age).1));
+                show_adders(probe, (distance + 1, slope + 1), operands);
             }
             probe.word("r_q", distance + slope + 2, part(rom + 3) * line(rom + 3).1);
         });

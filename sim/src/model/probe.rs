@@ -49,23 +49,45 @@ pub(super) fn within<P: Probe>(
     probe.leave();
 }
 
-/// The registers inside a multiplier of which a dump need not show more than the result: in a block
-/// they can't be seen, beside one they are built as the operands' widths ask for.
-pub(super) fn show_interior<P: Probe>(probe: &mut P, blocks: bool, a_bits: u32, b_bits: u32) {
-    if blocks {
-        within(probe, format_args!("g_wide"), |probe| {
-            probe.interior("a_r", a_bits);
-            probe.interior("b_r", b_bits);
-            probe.interior("p_r", a_bits + b_bits);
-        });
-        return;
-    }
-    for (name, step, more) in [("g_pair", 2, 2), ("g_quad", 4, 4)] {
-        for i in 0..b_bits.div_ceil(step) {
-            within(probe, format_args!("{name}[{i}]"), |probe| {
-                probe.interior("sum_q", a_bits + more);
-            });
+/// The registers around the blocks of a multiplier that takes several: they are built as the operands'
+/// widths ask for, and some synthesis tools move them into the blocks.
+pub(super) fn show_wide<P: Probe>(probe: &mut P, a_bits: u32, b_bits: u32) {
+    within(probe, format_args!("g_wide"), |probe| {
+        probe.interior("a_r", a_bits);
+        probe.interior("b_r", b_bits);
+        probe.interior("p_r", a_bits + b_bits);
+    });
+}
+
+/// The registers of a multiplier of adders, of whose second operand each pair of bits makes a sum, and
+/// two pairs another: `[(a, b); 2]` are the operands of one and two clocks ago.
+pub(super) fn show_adders<P: Probe>(
+    probe: &mut P,
+    (a_bits, b_bits): (u32, u32),
+    operands: [(i64, i64); 2],
+) {
+    let pairs = b_bits.div_ceil(2);
+    let pair = |(a, b): (i64, i64), i: u32| {
+        let bits = b >> (2 * i);
+        // The highest bit has a negative weight; of an odd number of bits it is there twice.
+        match i + 1 == pairs {
+            true => a * ((bits & 1) - (bits & 2)),
+            false => a * (bits & 3),
         }
+    };
+    for i in 0..pairs {
+        within(probe, format_args!("g_pair[{i}]"), |probe| {
+            probe.word("sum_q", a_bits + 2, pair(operands[0], i));
+        });
+    }
+    for i in 0..pairs.div_ceil(2) {
+        within(probe, format_args!("g_quad[{i}]"), |probe| {
+            let high = match 2 * i + 1 < pairs {
+                true => pair(operands[1], 2 * i + 1),
+                false => 0,
+            };
+            probe.word("sum_q", a_bits + 4, pair(operands[1], 2 * i) + 4 * high);
+        });
     }
 }
 

@@ -17,7 +17,7 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 }
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
-    let mut inputs = input::core(&plan.sources)?;
+    let mut inputs = input::core(&plan.sources, &plan.others())?;
     inputs.extend(plan.models.iter().map(Input::from));
     inputs.extend([&plan.bench, &plan.bench_icarus].map(Input::from));
     let compiler = tools.find(&ICARUS)?;

@@ -1,5 +1,6 @@
 //! The files of a build, read once: what is searched, hashed and compiled is the same.
 
+use std::collections::HashSet;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -50,14 +51,22 @@ impl Input {
 ///
 /// # Errors
 /// [`ToolError::Refused`] if a simulator could read it in another way than synthesis does, or it
-/// calls the simulator or reads other files.
-pub(super) fn core(paths: &[PathBuf]) -> Result<Vec<Input>, ToolError> {
+/// calls the simulator or reads other files, or if a module is there twice: in the core, or in it and in
+/// one of `others`.
+pub(super) fn core(paths: &[PathBuf], others: &[&Text]) -> Result<Vec<Input>, ToolError> {
+    let others = others.iter().flat_map(|other| text::modules(&other.text));
+    let mut modules: HashSet<String> = others.map(|(_, name)| name).collect();
     paths
         .iter()
         .map(|path| {
             let input = Input::read(path)?;
             let text = String::from_utf8_lossy(&input.text);
-            match text::refused(&text) {
+            let twice = || {
+                let mut names = text::modules(&text).into_iter();
+                let (line, name) = names.find(|(_, name)| !modules.insert(name.clone()))?;
+                Some((line, format!("a second module `{name}`")))
+            };
+            match text::refused(&text).or_else(twice) {
                 Some((line, found)) => Err(ToolError::Refused {
                     path: path.clone(),
                     line,

@@ -89,6 +89,23 @@ pub(super) fn refused(text: &str) -> Option<(usize, String)> {
     first.map(|(token, found)| (1 + text[..token.at].matches('\n').count(), found))
 }
 
+/// Names of the modules of a file, each with its line, from 1.
+pub(super) fn modules(text: &str) -> Vec<(usize, String)> {
+    let code = tokens(text)
+        .into_iter()
+        .filter(|token| token.kind != Kind::Comment);
+    let code: Vec<Token> = code.collect();
+    let pairs = code.windows(2).filter(|pair| pair[0].text == "module");
+    pairs
+        .map(|pair| {
+            (
+                1 + text[..pair[1].at].matches('\n').count(),
+                pair[1].text.to_owned(),
+            )
+        })
+        .collect()
+}
+
 /// The first token of the code that is refused.
 fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
     for (i, token) in code.iter().enumerate() {
@@ -126,7 +143,7 @@ fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
                 let event = match event {
                     ["@", "*", ..] => Some((3, Event::Any)),
                     ["@", "(", "*", ")", _] => Some((5, Event::Any)),
-                    ["@", "(", "posedge", _, ")"] => Some((6, Event::Clock)),
+                    ["@", "(", "posedge", clock, ")"] => Some((6, Event::Clock(clock))),
                     _ => None,
                 };
                 match event {

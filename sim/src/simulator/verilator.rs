@@ -31,7 +31,7 @@ pub(super) fn version(tools: &Toolbox) -> Result<String, ToolError> {
 }
 
 pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolError> {
-    let mut inputs = input::core(&plan.sources)?;
+    let mut inputs = input::core(&plan.sources, &plan.others())?;
     inputs.extend(plan.models.iter().map(Input::from));
     inputs.extend([&plan.bench, &plan.main_cpp].map(Input::from));
     tools.find(&MAKE)?;

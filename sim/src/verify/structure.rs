@@ -10,14 +10,20 @@ pub(super) fn check(
     plan: &VerifyPlan<'_>,
 ) -> Result<(StructureReport, Option<FirstDifference>), SimError> {
     let sources: Vec<_> = plan.sources.iter().map(|s| plan.bundle.join(s)).collect();
-    let models = plan.harness.models.iter();
-    let blocks: Vec<String> = models
-        .map(|model| model.name.trim_end_matches(".v").to_owned())
-        .collect();
+    let design = plan.design;
+    let inputs = [
+        ("aclk", 1),
+        ("aresetn", 1),
+        ("s_axis_tdata", design.source().data_bits()),
+        ("s_axis_tvalid", 1),
+        ("s_axis_tlast", 1),
+        ("m_axis_tready", 1),
+    ];
     let request = StructurePlan {
-        top: plan.design.name(),
+        top: design.name(),
         sources: &sources,
-        blocks: &blocks,
+        models: &plan.harness.models,
+        inputs: &inputs,
         work_dir: &plan.work_dir,
         timeout: plan.timeout,
     };
@@ -32,7 +38,7 @@ pub(super) fn check(
     };
     let difference = found.extra.map(|extra| FirstDifference {
         note: Some(format!(
-            "expected no register or memory beyond the model's, found {}",
+            "expected the structure of the model, found {}",
             extra.what
         )),
         ..FirstDifference::at("structure", "structure", plan.design, &extra.path)

@@ -7,11 +7,11 @@ use super::token::{Kind, Token, is_reserved};
 
 /// What starts a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub(super) enum Event<'a> {
     /// `@*`.
     Any,
-    /// `@(posedge clock)`.
-    Clock,
+    /// `@(posedge clock)`, with its name.
+    Clock(&'a str),
 }
 
 /// The first assignment in the block whose event ends before `at` that is refused.
@@ -36,7 +36,7 @@ pub(super) fn refused(
                 match (event, token.text) {
                     // What another block reads at the same edge is the old or the new value, as the
                     // simulator likes.
-                    (Event::Clock, "=") => {
+                    (Event::Clock(_), "=") => {
                         return Some((i, "a blocking assignment in a block with a clock"));
                     }
                     // What follows from it follows later than what is assigned at once.
@@ -45,6 +45,10 @@ pub(super) fn refused(
                     }
                     _ => {}
                 }
+            }
+            // It is 1 for a simulator; a flip-flop takes what is there before it rises.
+            name if event == Event::Clock(name) => {
+                return Some((i, "the clock in a block that it starts"));
             }
             name if token.kind == Kind::Word && !is_reserved(name) => {
                 if fresh && depth == 0 && target.is_none() {
