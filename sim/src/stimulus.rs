@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub(crate) mod aim;
 mod cross;
+pub(crate) mod tables;
 
 pub(crate) use cross::LONG;
 pub use cross::{Condition, Pairs};
@@ -173,6 +174,16 @@ pub fn segments(
         .iter()
         .map(|row| whole(design, design.input().codes(row), &mut rng))
         .collect();
+    let tables: Vec<Frame> = match effort {
+        Effort::Quick => Vec::new(),
+        _ => {
+            let inputs = design.input().low.len();
+            let known = corners.iter().chain(&random).chain(&rows);
+            let known = known.map(|frame| frame.lanes[..inputs].to_vec());
+            let chosen = tables::inputs(design, known, &mut rng).into_iter();
+            chosen.map(|codes| whole(design, codes, &mut rng)).collect()
+        }
+    };
     let mut segments = Vec::new();
     // Long runs are cut into pieces whose dumps stay small.
     let piece = (PIECE_CLOCKS / design.interval_cycles()).clamp(16, 1024);
@@ -224,6 +235,7 @@ pub fn segments(
         push("random", flow, &share(&random));
         push("file", flow, &share(&rows));
     }
+    push("tables", Flow::Continuous, &tables);
     if effort != Effort::Quick {
         segments.extend(crossed(design, &mut rng));
         segments.extend(aim::segments(design, effort, &mut rng));

@@ -3,7 +3,9 @@
 //! A dump shows that each register of the model is in the Verilog. That the Verilog has no other is
 //! asked here: state that the model lacks could spoil an output after any number of cycles.
 
-use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+mod wires;
+
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::BufReader;
@@ -149,7 +151,7 @@ pub fn compare(
     let (found, memories, mut extra) = state(module, registers, &blocks);
     extra = extra
         .or_else(|| wrong_port(module, registers, plan.inputs))
-        .or_else(|| wrong_wire(module, &blocks));
+        .or_else(|| wires::fault(module, &blocks));
     let path = scratch.path().join(CHECKED);
     let checked = std::fs::read_to_string(&path).map_err(|_| strange())?;
     extra = extra.or_else(|| conflict(&checked));
@@ -411,195 +413,6 @@ fn wrong_port(module: &Module, registers: &[Register], inputs: &[(&str, usize)])
             ),
         })
     })
-}
-
-/// A wire that nothing drives, a loop of gates, or the clock where data are read.
-fn wrong_wire(module: &Module, blocks: &[Block]) -> Option<Extra> {
-    let mut names: HashMap<u64, &str> = HashMap::new();
-    for (name, net) in module.netnames.iter().filter(|(_, net)| net.hide_name == 0) {
-        for bit in bits_of(&net.bits) {
-            names.entry(bit).or_insert(name);
-        }
-    }
-    let found = |bit: u64, what: &str| {
-        Some(Extra {
-            path: names.get(&bit).map_or("", |name| name).to_owned(),
-            what: what.to_owned(),
-        })
-    };
-    let clock = module
-        .ports
-        .get(CLOCK)
-        .and_then(|p| bits_of(&p.bits).next());
-    let is_output = |cell: &Cell, port: &str| match cell.port_directions.get(port) {
-        Some(direction) => direction == "output",
-        None => blocks
-            .iter()
-            .any(|block| block.name == cell.kind && block.outputs.contains(port)),
-    };
-    let inputs = module.ports.values().filter(|p| p.direction == "input");
-    let mut driven: HashSet<u64> = inputs.flat_map(|p| bits_of(&p.bits)).collect();
-    // Of each bit that a gate makes: those that it is made of.
-    let mut sources: HashMap<u64, Vec<u64>> = HashMap::new();
-    for cell in module.cells.values() {
-        let (mut read, mut made) = (Vec::new(), Vec::new());
-        for (port, bits) in &cell.connections {
-            match is_output(cell, port) {
-                true => made.extend(bits_of(bits)),
-                // What a memory is written does not pass it.
-                false if cell.kind.starts_with("$mem") && port != "RD_ADDR" => {}
-                false => read.extend(bits_of(bits)),
-            }
-        }
-        driven.extend(&made);
-        let clocked =
-            is_state(&cell.kind) || blocks.iter().any(|b| b.name == cell.kind && b.clocked);
-        if clocked {
-            continue;
-        }
-        if BITWISE.contains(&&*cell.kind) {
-            let y = &cell.connections["Y"];
-            for (i, bit) in y.iter().enumerate() {
-                let Some(bit) = bit.as_u64() else { continue };
-                let own = cell.connections.iter().filter(|(port, _)| *port != "Y");
-                let of_bit = own.flat_map(|(port, bits)| match &**port {
-                    "S" => bits_of(bits).collect::<Vec<_>>(),
-                    // An operand of fewer bits is extended by its last.
-                    _ => bits
-                        .get(i.min(bits.len() - 1))
-                        .and_then(|b| b.as_u64())
-                        .into_iter()
-                        .collect(),
-                });
-                sources.insert(bit, of_bit.collect());
-            }
-        } else {
-            for bit in made {
-                sources.insert(bit, read.clone());
-            }
-        }
-    }
-    let mut readers: HashMap<u64, Vec<(&Cell, &str)>> = HashMap::new();
-    for cell in module.cells.values() {
-        for (port, bits) in cell
-            .connections
-            .iter()
-            .filter(|(port, _)| !is_output(cell, port))
-        {
-            for bit in bits_of(bits) {
-                readers.entry(bit).or_default().push((cell, port));
-            }
-        }
-    }
-    // The first wire with a name that comes of a cell.
-    let named = |cell: &Cell| -> u64 {
-        let made = |cell: &Cell| -> Vec<u64> {
-            let outputs = cell
-                .connections
-                .iter()
-                .filter(|(port, _)| is_output(cell, port));
-            outputs.flat_map(|(_, bits)| bits_of(bits)).collect()
-        };
-        let (mut left, mut seen) = (VecDeque::from(made(cell)), HashSet::new());
-        while let Some(bit) = left.pop_front() {
-            if names.contains_key(&bit) {
-                return bit;
-            }
-            if seen.insert(bit) {
-                let behind = readers.get(&bit).into_iter().flatten();
-                left.extend(behind.flat_map(|(cell, _)| made(cell)));
-            }
-        }
-        0
-    };
-    let live = live_bits(module);
-    // What reaches no output can do no harm, as a variable of a loop, which keeps what it is not given.
-    let is_live = |cell: &Cell| {
-        let mut made = cell
-            .connections
-            .iter()
-            .filter(|(port, _)| is_output(cell, port));
-        made.any(|(_, bits)| bits_of(bits).any(|bit| live.contains(&bit)))
-    };
-    for cell in module.cells.values() {
-        for (port, bits) in &cell.connections {
-            if is_output(cell, port) {
-                continue;
-            }
-            let unknown = bits.iter().any(|bit| bit.as_str() == Some("x"));
-            // What is chosen in no case: of a case that has all, of a memory that is not written.
-            let may = port.starts_with("RD_CLK")
-                || port == "A" && ["$mux", "$pmux"].contains(&&*cell.kind);
-            if unknown && !may && is_live(cell) {
-                return found(named(cell), "an unknown bit among what it is made of");
-            }
-            if let Some(bit) = bits_of(bits).find(|bit| !driven.contains(bit)) {
-                return found(bit, "a wire that nothing drives");
-            }
-            if bits_of(bits).any(|bit| Some(bit) == clock) && !port.contains("CLK") {
-                let made = cell
-                    .connections
-                    .iter()
-                    .filter(|(port, _)| is_output(cell, port));
-                let made = made.flat_map(|(_, bits)| bits_of(bits)).next();
-                return found(
-                    made.unwrap_or(0),
-                    "the clock among the data that it is made of",
-                );
-            }
-        }
-    }
-    let outputs = module.ports.values().filter(|p| p.direction == "output");
-    if let Some(bit) = outputs
-        .flat_map(|p| bits_of(&p.bits))
-        .find(|b| !driven.contains(b))
-    {
-        return found(bit, "an output that nothing drives");
-    }
-    loop_of(&sources).and_then(|bit| found(bit, "a loop of gates"))
-}
-
-/// Cells each bit of whose result comes of the same bit of each operand.
-const BITWISE: [&str; 7] = ["$and", "$mux", "$not", "$or", "$pos", "$xnor", "$xor"];
-
-fn bits_of(bits: &[serde_json::Value]) -> impl Iterator<Item = u64> {
-    bits.iter().filter_map(serde_json::Value::as_u64)
-}
-
-/// A bit that is made of itself.
-fn loop_of(sources: &HashMap<u64, Vec<u64>>) -> Option<u64> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Mark {
-        Open,
-        Done,
-    }
-    let mut marks: HashMap<u64, Mark> = HashMap::new();
-    for start in sources.keys() {
-        let mut path = vec![(*start, 0)];
-        while let Some((bit, next)) = path.last_mut() {
-            let bit = *bit;
-            if *next == 0 {
-                match marks.get(&bit) {
-                    Some(Mark::Done) => {
-                        path.pop();
-                        continue;
-                    }
-                    Some(Mark::Open) => return Some(bit),
-                    None => marks.insert(bit, Mark::Open),
-                };
-            }
-            let source = sources.get(&bit).and_then(|all| all.get(*next)).copied();
-            *next += 1;
-            match source {
-                Some(source) => path.push((source, 0)),
-                None => {
-                    marks.insert(bit, Mark::Done);
-                    path.pop();
-                }
-            }
-        }
-    }
-    None
 }
 
 /// Cells of Yosys that keep a value.

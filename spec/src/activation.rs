@@ -129,12 +129,21 @@ impl OddTable {
 
     /// The result for an input code; codes beyond the range are clipped to it first.
     pub fn apply(&self, z: i64) -> i64 {
-        let limit = (1i64 << self.magnitude_bits()) - 1;
-        let magnitude = z.clamp(-limit, limit).unsigned_abs().cast_signed();
+        let magnitude = self.magnitude(z);
         let distance = magnitude & ((1 << self.distance_bits()) - 1);
-        let k = usize::try_from(magnitude >> self.distance_bits()).expect("a magnitude");
+        let k = self.segment_of(z);
         let y = self.line(self.offsets[k], self.slopes[k], distance);
         if z < 0 { -y } else { y }
+    }
+
+    /// The segment that an argument falls into.
+    pub fn segment_of(&self, z: i64) -> usize {
+        usize::try_from(self.magnitude(z) >> self.distance_bits()).expect("a magnitude")
+    }
+
+    fn magnitude(&self, z: i64) -> i64 {
+        let limit = (1i64 << self.magnitude_bits()) - 1;
+        z.clamp(-limit, limit).unsigned_abs().cast_signed()
     }
 
     /// Fraction bits of input and output.

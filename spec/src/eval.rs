@@ -62,14 +62,16 @@ impl InputFormat {
 }
 
 impl QuantLayer {
+    /// The argument of the activation of neuron `i` for its sum of products.
+    pub fn argument(&self, i: usize, sum: i64) -> i64 {
+        let biased = (sum << self.product_shift) + self.bias[i];
+        let shift = self.base_shift + self.extra_shift[i];
+        shift_right(biased, shift, Rounding::Floor)
+    }
+
     /// Bias, shift, saturation and activation of neuron `i` for its sum of products.
     pub fn finish(&self, i: usize, sum: i64) -> Saturated {
-        let biased = (sum << self.product_shift) + self.bias[i];
-        let z = shift_right(
-            biased,
-            self.base_shift + self.extra_shift[i],
-            Rounding::Floor,
-        );
+        let z = self.argument(i, sum);
         match (&self.table, self.activation) {
             // Clipping the argument is part of the function, not an overflow.
             (Some(table), activation) => {

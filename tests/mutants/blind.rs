@@ -1,10 +1,15 @@
 //! Faults that nothing shows but what was added for them: noise on pins that do not count, pins between
 //! edges, crossed conditions, aimed resets, registers that the model lacks.
 
+use std::path::{Path, PathBuf};
+
+use hwgen_gen::Source;
 use hwgen_sim::simulator::Simulator;
 use hwgen_sim::stimulus::Effort;
+use hwgen_spec::options::Options;
+use hwgen_spec::weights;
 
-use super::support::Check;
+use super::support::{Check, emit};
 use super::table::Mutant;
 use super::{RANDOM, SEED, bundle, hunt_with};
 
@@ -28,7 +33,7 @@ const MUTANTS: &[Mutant] = &[
         file: "rtl/hwg_slice.v",
         find: "assign ready_o = ready_q;",
         replace: "assign ready_o = ready_q & clk_i;",
-        signal: "mutant.s_axis_tready",
+        signal: "mutant.u_egress.u_slice.ready_o",
     },
     Mutant {
         name: "no error on a frame that is clipped too",
@@ -73,6 +78,27 @@ const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_egress.u_slice.ready_q",
     },
     Mutant {
+        name: "a pin that the core should not have",
+        file: "rtl/mutant.v",
+        find: "module mutant (\n",
+        replace: "module mutant (\n  input  wire scan_i,\n",
+        signal: "mutant.scan_i",
+    },
+    Mutant {
+        name: "the clock among the data",
+        file: "rtl/mutant.v",
+        find: "wire quiet = ~(aresetn & rst_nq);",
+        replace: "wire quiet = ~(aresetn & (rst_nq | aclk));",
+        signal: "mutant.quiet",
+    },
+    Mutant {
+        name: "a table that keeps a value",
+        file: "rtl/mutant.v",
+        find: "  wire in_take;\n",
+        replace: "  wire in_take;\n  reg rom [0:3];\n  initial begin rom[0] = 1'b0; rom[1] = 1'b1; rom[2] = 1'b1; rom[3] = 1'b1; end\n  wire held;\n  assign held = rom[{s_axis_tvalid & (&s_axis_tdata), held & aresetn}];\n  wire unused_held = held;\n",
+        signal: "mutant.held",
+    },
+    Mutant {
         name: "a register wider than the model's",
         file: "rtl/hwg_admit.v",
         find: "reg                 ends_q = 1'b0;",
@@ -81,13 +107,39 @@ const MUTANTS: &[Mutant] = &[
     },
 ];
 
+/// A table of 512 segments, of which random frames read some and a search finds the others.
+fn fine_table(directory: &Path, name: &str) -> (PathBuf, Source) {
+    let text = include_bytes!("../../designs/tiny/weights.json");
+    let net = weights::read(text).expect("readable");
+    let options = Options {
+        segments: Some(512),
+        ..Options::default()
+    };
+    let bundle = emit(&net, &options, &directory.join(name));
+    let source = Source::read(&bundle).expect("a bundle as it was emitted");
+    (bundle, source)
+}
+
+#[test]
+fn a_segment_that_no_random_frame_reads_is_found() {
+    let mutant = Mutant {
+        name: "a segment of zeros",
+        file: "rtl/tiny__tanh12.v",
+        find: "9'd199: data_q <= 20'hea285;",
+        replace: "9'd199: data_q <= 20'h00000;",
+        signal: "tiny.u_mlp.u_brake_l0.g_act[0].u_segments.data_q",
+    };
+    hunt_with(&USUAL, &[mutant], fine_table);
+}
+
+const USUAL: Check<'static> = Check {
+    random: RANDOM,
+    seed: SEED,
+    simulators: &[Simulator::Icarus],
+    effort: Effort::Usual,
+};
+
 #[test]
 fn every_mutant_that_only_new_stimulus_shows_is_found() {
-    let usual = Check {
-        random: RANDOM,
-        seed: SEED,
-        simulators: &[Simulator::Icarus],
-        effort: Effort::Usual,
-    };
-    hunt_with(&usual, MUTANTS, bundle);
+    hunt_with(&USUAL, MUTANTS, bundle);
 }

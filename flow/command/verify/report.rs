@@ -18,9 +18,14 @@ pub(crate) fn verified(report: &Report) -> String {
         true => "the RTL has no other register or memory",
         false => "structure: not checked (no Yosys)",
     };
+    // What one simulator reads otherwise than synthesis does, the other one may show.
+    let alone = match &report.runs[..] {
+        [run] => format!(", in {} alone", run.simulator),
+        _ => String::new(),
+    };
     format!(
-        "\nverified: model and RTL are equal in every register at every cycle; {structure}; fixed \
-         point against float: {}.\n",
+        "\nverified: model and RTL are equal in every register at every cycle that was driven{alone}; \
+         {structure}; fixed point against float: {}.\n",
         error(report).figure()
     )
 }
@@ -199,6 +204,18 @@ fn driven(report: &Report) -> String {
                     "{}, which change {} of registers",
                     stimulus.resets,
                     counted(stimulus.words_reset, "word")
+                )
+            ],
+            row![
+                "tables",
+                format!(
+                    "{} of {} read{}",
+                    stimulus.segments_read,
+                    counted(stimulus.segments, "segment"),
+                    match stimulus.segments - stimulus.segments_read {
+                        0 => "",
+                        _ => "; a search found no frame that reads another",
+                    }
                 )
             ],
             row!["structure", structure],

@@ -82,6 +82,11 @@ pub struct Stimulus {
     /// Words of registers that an aimed reset changed: all that one changes at any moment that was
     /// tried.
     pub words_reset: usize,
+    /// Segments of the activations' tables that a frame read, and all of them; a search among thousands
+    /// of frames found none for the others.
+    pub segments_read: usize,
+    /// All segments.
+    pub segments: usize,
     /// What should have occurred and did not: then nothing is verified.
     pub missing: Vec<String>,
 }

@@ -5,7 +5,7 @@ use hwgen_spec::design::Design;
 use super::report::Stimulus;
 use crate::model::Model;
 use crate::session::Session;
-use crate::stimulus::{Flow, Pairs, Segment};
+use crate::stimulus::{Flow, Pairs, Segment, tables};
 
 /// Counts pairs of conditions and resets; what should have occurred and did not is named.
 pub fn summary(design: &Design, segments: &[Segment], sessions: &[Session]) -> Stimulus {
@@ -34,11 +34,18 @@ pub fn summary(design: &Design, segments: &[Segment], sessions: &[Session]) -> S
     let never = pairs.missing(design).into_iter().filter(|_| crossed);
     missing.extend(never.map(|(a, b)| format!("a frame that is {a:?} and {b:?}")));
     let (kinds, least) = pairs.summary();
+    let whole = segments.iter().flat_map(|segment| &segment.frames);
+    let inputs = design.input().low.len();
+    let whole = whole.filter(|frame| frame.beats == design.source().beats());
+    let codes = whole.map(|frame| frame.lanes[..inputs].to_vec());
+    let (segments_read, all_segments) = tables::coverage(design, codes);
     Stimulus {
         pairs: kinds,
         least_of_a_pair: least,
         resets: sessions.iter().map(|s| s.resets).sum(),
         words_reset: registers_reset,
+        segments_read,
+        segments: all_segments,
         missing,
     }
 }

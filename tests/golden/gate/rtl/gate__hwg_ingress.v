@@ -55,6 +55,7 @@ module gate__hwg_ingress #(
   reg                   last_q3   = 1'b0;
   reg                   short_q3  = 1'b0;  // not the beat that should be the last
   reg                   clip_q3   = 1'b0;  // a word of it was outside of the box
+  wire [BEAT_WORDS-1:0] outside;           // which of its words are
 
   // The frame.
   reg [WORDS*WIDTH-1:0] word_q    = {WORDS*WIDTH{1'b0}};
@@ -138,7 +139,6 @@ module gate__hwg_ingress #(
 
   // Each lane is compared with the bounds of the word that it carries in this beat.
   wire [BEAT_WORDS*WIDTH-1:0] bounded;
-  wire [BEAT_WORDS-1:0]       outside;
   genvar j;
   generate
     for (j = 0; j < BEAT_WORDS; j = j + 1) begin : g_lane
@@ -151,7 +151,7 @@ module gate__hwg_ingress #(
         high = {WIDTH{1'b0}};
         used = 1'b0;
         for (w = j; w < WORDS; w = w + BEAT_WORDS) begin
-          if ({{(32-INDEX_WIDTH){1'b0}}, index_q} == w / BEAT_WORDS) begin
+          if ($signed({{(32-INDEX_WIDTH){1'b0}}, index_q}) == w / BEAT_WORDS) begin
             low  = low_i[w*WIDTH +: WIDTH];
             high = high_i[w*WIDTH +: WIDTH];
             used = 1'b1;

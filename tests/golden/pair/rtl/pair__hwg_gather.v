@@ -39,15 +39,15 @@ module pair__hwg_gather #(
 
   generate
     if (HOP != 0) begin : g_hop
-      reg            flag_q = 1'b0;
+      reg            hop_q  = 1'b0;
       reg [BEAT-1:0] data_q = {BEAT{1'b0}};
       always @(posedge clk_i) begin
-        flag_q <= flag_i;
+        hop_q  <= flag_i;
         data_q <= data_i;
       end
       wire unused_next = next_i;
       assign next = valid_i;
-      assign flag = flag_q;
+      assign flag = hop_q;
       assign data = data_q;
     end else begin : g_at_once
       wire unused_valid = valid_i;
@@ -68,9 +68,12 @@ module pair__hwg_gather #(
   reg [BEATS-1:0] place_q = FIRST;
   reg [BEATS-1:0] put_q   = {BEATS{1'b0}};
   reg             valid_q = 1'b0;  // any of them
+  // verilator lint_off UNUSED
+  wire [BEATS:0] turned = {place_q, place_q[BEATS-1]};  // the highest bit has come round
+  // verilator lint_on UNUSED
   always @(posedge clk_i) begin
     if (rst_i)     place_q <= FIRST;
-    else if (next) place_q <= (place_q << 1) | (place_q >> (BEATS - 1));
+    else if (next) place_q <= turned[BEATS-1:0];
     put_q   <= place_q & {BEATS{next & ~rst_i}};
     valid_q <= next & ~rst_i;
   end
