@@ -342,13 +342,13 @@ impl Block {
         let mut kind = "";
         for item in head.split(|c: char| ",()".contains(c)) {
             let item = item.split('=').next().unwrap_or("");
-            let words = item.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+            let mut words = item.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
             for word in words.clone() {
                 if ["input", "output", "inout", "parameter"].contains(&word) {
                     kind = word;
                 }
             }
-            let Some(name) = words.filter(|word| !word.is_empty()).next_back() else {
+            let Some(name) = words.rfind(|word| !word.is_empty()) else {
                 continue;
             };
             match kind {
