@@ -69,7 +69,8 @@ module hwg_gather #(
   reg [BEATS-1:0] put_q   = {BEATS{1'b0}};
   reg             valid_q = 1'b0;  // any of them
   // verilator lint_off UNUSED
-  wire [BEATS:0] turned = {place_q, place_q[BEATS-1]};  // the highest bit has come round
+  // Of the rotated place the highest bit is the lowest one too, and is left out.
+  wire [BEATS:0] turned = {place_q, place_q[BEATS-1]};
   // verilator lint_on UNUSED
   always @(posedge clk_i) begin
     if (rst_i)     place_q <= FIRST;
