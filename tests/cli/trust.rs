@@ -1,4 +1,5 @@
-//! What `hwgen verify` believes: no old dump, no broken one, and no structure that nobody listed.
+//! What `hwgen verify` believes: no old dump, no broken one, no edited script, and no structure that
+//! nobody listed.
 
 use std::os::unix::fs::symlink;
 
@@ -91,4 +92,29 @@ fn without_yosys_the_verdict_says_that_the_structure_was_not_checked() {
     let (ran, json) = place.json(&arguments);
     ran.exits(0);
     assert_eq!(json["structure"]["checked"], true, "{json}");
+}
+
+#[test]
+fn a_file_around_the_verilog_that_says_something_else_is_refused() {
+    let place = Place::with_bundle();
+    for (path, find, replace) in [
+        ("tiny.core", "rtl/tiny__hwg_slice.v", "rtl/../evil.v"),
+        ("syn/tiny.ys", "read_verilog", "chparam\nread_verilog"),
+        ("tb/tiny_tb.v", "initial", "initial $finish;\n  initial"),
+    ] {
+        let (file, manifest) = (format!("build/tiny/{path}"), "build/tiny/manifest.json");
+        let (text, listed) = (place.read(&file), place.read(manifest));
+        let changed = text.replacen(find, replace, 1);
+        assert_ne!(text, changed, "{path}");
+        place.write(&file, &changed);
+        let [old, new] = [&text, &changed].map(|text| hwgen_gen::sha256(text));
+        place.write(manifest, &listed.replace(&old, &new));
+        let ran = place.run(&["verify", "build/tiny", "-q"]);
+        ran.exits(2);
+        let message = "expected the text that hwgen generates, found another";
+        assert!(ran.stderr.contains(message), "{}", ran.stderr);
+        assert!(ran.stderr.contains(&format!("{file}:")), "{}", ran.stderr);
+        place.write(&file, &text);
+        place.write(manifest, &listed);
+    }
 }
