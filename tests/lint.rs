@@ -1,4 +1,4 @@
-//! Every emitted file and every library cell is read without a warning by three tools.
+//! Every emitted file and every library cell is read without a warning by five tools.
 //!
 //! A tool that is missing is a failure. Each tool has cases that it must not be silent about.
 
@@ -80,6 +80,63 @@ fn yosys(directory: &Path, top: &str, files: &[String]) -> Option<String> {
         .then(|| format!("{text}\n{}", warned.unwrap_or("no verdict")))
 }
 
+/// What slang is not asked, and why.
+const SLANG: [&str; 6] = [
+    "-Weverything",
+    // Words of several formats stand side by side in one vector, whose bits have no sign; the ports of
+    // multipliers give them theirs. Widths are checked.
+    "-Wno-sign-conversion",
+    // A multiplier takes operands of two widths.
+    "-Wno-arith-op-mismatch",
+    // Outputs that nobody needs are called `unused_...`, which is Verilator's convention: it checks it.
+    "-Wno-unused-net",
+    "-Wno-unused-but-set-net",
+    // Outputs of a device's block that nobody needs are left open, as its guide says.
+    "-Wno-empty-output-connection",
+];
+/// Rules of Verible that are for SystemVerilog, or for names and lines of another taste.
+const VERIBLE: &str = "--rules=-always-comb,-explicit-parameter-storage-type,\
+    -unpacked-dimensions-range-ordering,-line-length,\
+    parameter-name-style=localparam_style_regex:[A-Z][A-Z0-9_]*;parameter_style_regex:[A-Z][A-Z0-9_]*";
+
+/// A program of the virtual environment that `tools/setup --place` makes.
+fn of_environment(name: &str) -> PathBuf {
+    let path = root().join(".eda/bin").join(name);
+    assert!(
+        path.is_file(),
+        "{} is missing: run tools/setup --place",
+        path.display()
+    );
+    path
+}
+
+fn slang(directory: &Path, top: &str, files: &[String]) -> Option<String> {
+    ["1364-2005", "1800-2017"].iter().find_map(|standard| {
+        let output = Command::new(of_environment("python"))
+            .arg(root().join("tests/support/slang.py"))
+            .args(SLANG)
+            .args(["--std", standard, "--top", top])
+            .args(files)
+            .current_dir(directory)
+            .output()
+            .expect("it runs");
+        let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        let silent = text.contains("Build succeeded: 0 errors, 0 warnings");
+        (!output.status.success() || !silent).then_some(text)
+    })
+}
+
+fn verible(directory: &Path, files: &[String]) -> Option<String> {
+    let output = Command::new(of_environment("verible-verilog-lint"))
+        .arg(VERIBLE)
+        .args(files)
+        .current_dir(directory)
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    (!output.status.success() || !text.is_empty()).then_some(text)
+}
+
 /// Bundle of a weights file, written.
 fn emit(text: &str, options: &Options, root: &Path) -> (Bundle, PathBuf) {
     let net = weights::read(text.as_bytes()).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -96,11 +153,12 @@ fn sources(bundle: &Bundle, folder: &str) -> Vec<String> {
     paths.filter(verilog).cloned().collect()
 }
 
-/// What the three tools complain of in a bundle: the core, then the benches.
+/// What the tools complain of in a bundle: the core, then the benches.
 fn complaints(bundle: &Bundle, directory: &Path) -> Vec<String> {
     let (top, rtl) = (bundle.design(), sources(bundle, "rtl/"));
     let mut all = rtl.clone();
     all.extend(sources(bundle, "tb/"));
+    let models = sources(bundle, "sim/");
     assert_eq!(all.len(), rtl.len() + 2, "two benches");
     let bench = format!("{top}_tb_icarus");
     // The time scale of the option is that of all modules that state none: the cells that are
@@ -118,6 +176,12 @@ fn complaints(bundle: &Bundle, directory: &Path) -> Vec<String> {
             icarus(directory, &bench, &["-Wno-timescale"], &all),
         ),
         ("yosys", yosys(directory, top, &rtl)),
+        ("iverilog, 2012", icarus(directory, top, &["-g2012"], &rtl)),
+        (
+            "slang",
+            slang(directory, top, &[&rtl[..], &models].concat()),
+        ),
+        ("verible", verible(directory, &all)),
     ]
     .into_iter()
     .filter_map(|(tool, text)| Some(format!("{top}, {tool}:\n{}", text?)))
@@ -657,6 +721,22 @@ fn icarus_sees_what_is_wrong() {
             "{damage}"
         );
     }
+}
+
+#[test]
+fn slang_and_verible_see_what_is_wrong() {
+    for damage in [
+        "  wire early = late; wire late = aclk;",
+        "  wire [3:0] narrow = 5'd3;",
+        "  wire [0:0] moved = 1'b1 << 1;",
+    ] {
+        let (_root, bundle, directory) = damaged(with(damage));
+        let found = slang(&directory, "gate", &sources(&bundle, "rtl/"));
+        assert!(found.is_some(), "{damage}");
+    }
+    let (_root, bundle, directory) =
+        damaged(with("  reg state; initial begin state = 1'b0; end  "));
+    assert!(verible(&directory, &sources(&bundle, "rtl/")).is_some());
 }
 
 #[test]
