@@ -727,7 +727,7 @@ fn icarus_sees_what_is_wrong() {
 fn slang_and_verible_see_what_is_wrong() {
     for damage in [
         "  wire early = late; wire late = aclk;",
-        "  wire [3:0] narrow = 5'd3;",
+        "  wire [3:0] narrow = {5{aclk}};",
         "  wire [0:0] moved = 1'b1 << 1;",
     ] {
         let (_root, bundle, directory) = damaged(with(damage));
