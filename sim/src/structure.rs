@@ -201,6 +201,17 @@ fn state(
         }
     }
     let live = live_bits(module);
+    let in_block = |path: &str| {
+        let place = ["a_q", "b_q", "p_q"]
+            .iter()
+            .find_map(|name| path.strip_suffix(name));
+        place.is_some_and(|place| {
+            place.ends_with("u_mul.")
+                && module
+                    .cells
+                    .contains_key(&format!("{place}g_block.u_block"))
+        })
+    };
     let clock = module.ports.get(CLOCK).and_then(|port| port.bits.first());
     let mut found: HashSet<&str> = HashSet::new();
     let mut memories = 0;
@@ -230,6 +241,21 @@ fn state(
                 continue;
             }
             match bits().find(|bit| !known.contains_key(bit)) {
+                // Beside a block of registers that do not show they would be free for anything.
+                None if bits()
+                    .next()
+                    .and_then(|bit| known.get(&bit))
+                    .is_some_and(|path| in_block(path)) =>
+                {
+                    extra.push(Extra {
+                        path: bits()
+                            .next()
+                            .and_then(|bit| known.get(&bit))
+                            .map_or("", |path| path)
+                            .to_owned(),
+                        what: "a register in place of one of the block".to_owned(),
+                    });
+                }
                 None if cell.kind != "$dff" || !is_clocked(cell, "", clock) => {
                     let path = bits().next().and_then(|bit| known.get(&bit));
                     extra.push(Extra {
@@ -377,10 +403,9 @@ impl Block {
                 self.name
             ));
         }
-        let place = name.strip_suffix("g_block.u_block");
-        let in_multiplier = place.is_some_and(|place| {
+        let in_multiplier = place_of(name).is_some_and(|place| {
             let product = |register| model.contains_key(&*format!("{place}{register}"));
-            place.ends_with("u_mul.") && (product("r_q") || product("p_q"))
+            product("r_q") || product("p_q")
         });
         (self.clocked && !in_multiplier).then(|| {
             format!(
@@ -391,6 +416,14 @@ impl Block {
     }
 }
 
+/// Path of the multiplier that a block makes, alone or with others.
+fn place_of(block: &str) -> Option<&str> {
+    let end = block.rfind("u_mul.")? + "u_mul.".len();
+    let (place, inside) = block.split_at(end);
+    let of_several = inside.starts_with("g_wide.") && inside.ends_with(".u_block");
+    (inside == "g_block.u_block" || of_several).then_some(place)
+}
+
 /// A port of the core that it should not have, or not like this.
 fn wrong_port(module: &Module, registers: &[Register], inputs: &[(&str, usize)]) -> Option<Extra> {
     let is_input = |name: &str, bits| inputs.contains(&(name, bits));
@@ -398,6 +431,15 @@ fn wrong_port(module: &Module, registers: &[Register], inputs: &[(&str, usize)])
         let of_this = |r: &&Register| r.path == name && r.bits() == bits as u64;
         registers.iter().any(|r| of_this(&r))
     };
+    if let Some((name, _)) = inputs
+        .iter()
+        .find(|(name, _)| !module.ports.contains_key(*name))
+    {
+        return Some(Extra {
+            path: (*name).to_owned(),
+            what: "no such port".to_owned(),
+        });
+    }
     module.ports.iter().find_map(|(name, port)| {
         let bits = port.bits.len();
         let known = match &*port.direction {

@@ -124,6 +124,10 @@ fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
             Kind::Text if text.len() < 2 || !text.ends_with('"') => {
                 Some("a text without an end".into())
             }
+            // Of no text some tools make 8 bits, others none.
+            Kind::Text if text == "\"\"" || !["(", "=", "==", "!="].contains(&before(1)) => {
+                Some("a text among bits".into())
+            }
             Kind::Text => text
                 .contains('\\')
                 .then(|| "a text with a backslash".into()),

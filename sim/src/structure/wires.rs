@@ -4,11 +4,22 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
 
 use serde_json::Value;
 
-use super::{Block, Cell, Extra, Module, is_state, live_bits};
+use super::{Block, Cell, Extra, Module, is_state, live_bits, number, text};
 use crate::trace::CLOCK;
 
 /// Cells each bit of whose result comes of the same bit of each operand.
 const BITWISE: [&str; 7] = ["$and", "$mux", "$not", "$or", "$pos", "$xnor", "$xor"];
+
+/// Cells that make unknown bits of known ones: of a division by zero, of a bit beyond the last.
+const UNSAFE: [&str; 7] = [
+    "$div",
+    "$divfloor",
+    "$mod",
+    "$modfloor",
+    "$pow",
+    "$shift",
+    "$shiftx",
+];
 
 /// A wire that nothing drives, an unknown bit, the clock among data, or a loop of gates, which can keep
 /// a value as a register does.
@@ -99,6 +110,14 @@ impl<'a> Wires<'a> {
             // What reaches no output can do no harm, as a variable of a loop, which keeps what it is not
             // given.
             let is_live = self.made(cell).iter().any(|bit| live.contains(bit));
+            let reads_beyond = cell.kind.starts_with("$mem") && number(cell, "WR_PORTS") == 0 && {
+                let words =
+                    1_u64.checked_shl(u32::try_from(number(cell, "ABITS")).unwrap_or(u32::MAX));
+                words != Some(number(cell, "SIZE")) || text(cell, "INIT").contains('x')
+            };
+            if is_live && (UNSAFE.contains(&&*cell.kind) || reads_beyond) {
+                return self.at(self.behind(cell), "a cell that makes unknown bits");
+            }
             for (port, bits) in self.inputs(cell) {
                 if let Some(bit) = bits_of(bits).find(|bit| !driven.contains(bit)) {
                     return self.at([bit], "a wire that nothing drives");
@@ -106,7 +125,8 @@ impl<'a> Wires<'a> {
                 // What is chosen in no case may be unknown: of a case that has all, of a memory that is
                 // not written.
                 let may = port.starts_with("RD_CLK")
-                    || port == "A" && ["$mux", "$pmux"].contains(&&*cell.kind);
+                    || port == "A" && cell.kind == "$pmux"
+                    || port == "A" && cell.kind == "$mux" && self.is_for_writes(cell, &live);
                 let unknown = bits.iter().any(|bit| bit.as_str() == Some("x"));
                 if unknown && !may && is_live {
                     return self.at(self.behind(cell), "an unknown bit among what it is made of");
@@ -121,6 +141,20 @@ impl<'a> Wires<'a> {
             }
         }
         self.at(loop_in(&self.sources())?, "a loop of gates")
+    }
+
+    /// Whether a choice is read by write ports of memories alone, whose address and data are unknown while
+    /// they are not written.
+    fn is_for_writes(&self, cell: &Cell, live: &HashSet<u64>) -> bool {
+        let made = self.made(cell);
+        let readers = made
+            .iter()
+            .flat_map(|bit| self.readers.get(bit).into_iter().flatten());
+        readers.into_iter().all(|reader| {
+            reader.kind.starts_with("$mem")
+                || !self.made(reader).iter().any(|bit| live.contains(bit))
+                || reader.kind == "$mux" && self.is_for_writes(reader, live)
+        })
     }
 
     /// What is wrong, at the first of the bits that has a name.

@@ -24,8 +24,21 @@ pub(super) fn refused(
     let (mut depth, mut fresh) = (0_usize, true);
     let (mut written, mut read): (HashSet<&str>, Vec<&str>) = (HashSet::new(), Vec::new());
     let mut target = None;
+    let mut choices = 0_usize;
     for (i, token) in code.iter().enumerate().take(end).skip(at) {
+        let before = |n: usize| i.checked_sub(n).map_or("", |j| code[j].text);
         match token.text {
+            // The name of a block.
+            _ if before(1) == ":" && before(2) == "begin" => {}
+            "?" if depth == 0 => choices += 1,
+            ":" if depth == 0 && choices > 0 => choices -= 1,
+            // The end of a label, in which a comparison may stand.
+            ":" if depth == 0 => (fresh, target) = (true, None),
+            // What another block reads at the same edge is the old or the new value, as the simulator
+            // likes.
+            "=" if depth == 0 && matches!(event, Event::Clock(_)) => {
+                return Some((i, "a blocking assignment in a block with a clock"));
+            }
             "(" | "[" | "{" => depth += 1,
             ")" | "]" | "}" => depth = depth.saturating_sub(1),
             ";" | "begin" | "end" | "else" | "endcase" => (fresh, target) = (true, None),
@@ -34,11 +47,6 @@ pub(super) fn refused(
                 fresh = false;
                 written.extend(target.take());
                 match (event, token.text) {
-                    // What another block reads at the same edge is the old or the new value, as the
-                    // simulator likes.
-                    (Event::Clock(_), "=") => {
-                        return Some((i, "a blocking assignment in a block with a clock"));
-                    }
                     // What follows from it follows later than what is assigned at once.
                     (Event::Any, "<=") => {
                         return Some((i, "a nonblocking assignment in a block without a clock"));
