@@ -35,10 +35,10 @@ pub const MUTANTS: &[Mutant] = &[
         signal: "mutant.u_mlp.u_b_l1.u_pe0.g_mul[0].u_mul.p_q",
     },
     Mutant {
-        name: "adder tree level combinational",
+        name: "adder tree level subtracts",
         file: "rtl/hwg_tree_level.v",
-        find: "always @(posedge clk_i) begin",
-        replace: "always @* begin",
+        find: "+: WIDTH-1]} +\n",
+        replace: "+: WIDTH-1]} -\n",
         signal: "mutant.u_mlp.u_a_l1.u_pe0.u_level1.sum_q",
     },
     Mutant {
