@@ -100,6 +100,10 @@ impl<'a> Wires<'a> {
         if let Some(bit) = ports("output").find(|bit| !driven.contains(bit)) {
             return self.at([bit], "an output that nothing drives");
         }
+        // First: what follows walks from gate to gate.
+        if let Some(bits) = loop_in(&self.sources()) {
+            return self.at(bits, "a loop of gates");
+        }
         let live = live_bits(self.module);
         let clock = self
             .module
@@ -140,7 +144,7 @@ impl<'a> Wires<'a> {
                 }
             }
         }
-        self.at(loop_in(&self.sources())?, "a loop of gates")
+        None
     }
 
     /// Whether a choice is read by write ports of memories alone, whose address and data are unknown while

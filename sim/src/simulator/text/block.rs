@@ -46,12 +46,9 @@ pub(super) fn refused(
             "=" | "<=" if depth == 0 && fresh => {
                 fresh = false;
                 written.extend(target.take());
-                match (event, token.text) {
-                    // What follows from it follows later than what is assigned at once.
-                    (Event::Any, "<=") => {
-                        return Some((i, "a nonblocking assignment in a block without a clock"));
-                    }
-                    _ => {}
+                // What follows from it follows later than what is assigned at once.
+                if (event, token.text) == (Event::Any, "<=") {
+                    return Some((i, "a nonblocking assignment in a block without a clock"));
                 }
             }
             // It is 1 for a simulator; a flip-flop takes what is there before it rises.
