@@ -390,7 +390,7 @@ mod tests {
             "always @(posedge clk_i) begin a <= b; end\nwire [3:0] c = a;\nreg [3:0] d = 4'd0;",
             "begin : g_a\nwire b = c;\nend\nwire d = g_a[2 * i[0]].b & g_a.b;",
             "always @* begin for (i = 0; i < 4; i = i + 1) if (a <= b) c[i] = d <= e; else c[i] = 1'b0; end",
-            "always @(posedge c) case (a)\n4'd0: b <= c <= d;\ndefault: b <= 1'b0;\nendcase\nwire e = 1'b0;",
+            "always @(posedge clk_i) case (a)\n4'd0: b <= c <= d;\ndefault: b <= 1'b0;\nendcase\nwire e = 1'b0;",
             "(* rom_style = \"logic\" *) reg [3:0] rom [0:15];",
         ] {
             assert_eq!(refused(text), None, "{text}");
