@@ -10,7 +10,7 @@ use crate::tool::{Invocation, Run, Toolbox, run};
 
 mod icarus;
 mod input;
-mod text;
+pub(crate) mod text;
 mod verilator;
 
 pub use input::Text;

@@ -16,7 +16,7 @@ use serde::Deserialize;
 
 use crate::error::ToolError;
 use crate::record::Register;
-use crate::simulator::{Text, place_sources};
+use crate::simulator::{Text, place_sources, text};
 use crate::tool::live::Scratch;
 use crate::tool::run::{io, run_in};
 use crate::tool::{Invocation, Toolbox, YOSYS};
@@ -191,7 +191,7 @@ fn state(
     let mut names: HashMap<u64, &str> = HashMap::new();
     for (name, net) in &module.netnames {
         let in_model = model.get(&**name) == Some(&(net.bits.len() as u64));
-        for bit in net.bits.iter().filter_map(serde_json::Value::as_u64) {
+        for bit in bits_of(&net.bits) {
             if in_model {
                 known.insert(bit, name);
             }
@@ -222,7 +222,7 @@ fn state(
                 continue;
             }
             let size = number(cell, "SIZE");
-            let path = text(cell, "MEMID").trim_start_matches('\\').to_owned();
+            let path = parameter(cell, "MEMID").trim_start_matches('\\').to_owned();
             if number(cell, "WR_PORTS") != 1 || !is_clocked(cell, "WR_", clock) {
                 let what = format!("a memory with another write port than one clocked by {CLOCK}");
                 extra.push(Extra { path, what });
@@ -234,47 +234,36 @@ fn state(
             }
         } else if is_state(&cell.kind) {
             let q = cell.connections.get("Q").map_or(&[][..], Vec::as_slice);
-            let bits = || q.iter().filter_map(serde_json::Value::as_u64);
+            let bits = || bits_of(q);
             // What reaches no output can do no harm: variables of loops, and the registers that Yosys
             // itself makes for the write ports of memories.
             if !bits().any(|bit| live.contains(&bit)) {
                 continue;
             }
+            let path = bits()
+                .find_map(|bit| known.get(&bit))
+                .map_or(&**name, |path| path);
+            let mut report = |path: &str, what: String| {
+                let path = path.to_owned();
+                extra.push(Extra { path, what });
+            };
             match bits().find(|bit| !known.contains_key(bit)) {
-                // Beside a block of registers that do not show they would be free for anything.
-                None if bits()
-                    .next()
-                    .and_then(|bit| known.get(&bit))
-                    .is_some_and(|path| in_block(path)) =>
-                {
-                    extra.push(Extra {
-                        path: bits()
-                            .next()
-                            .and_then(|bit| known.get(&bit))
-                            .map_or("", |path| path)
-                            .to_owned(),
-                        what: "a register in place of one of the block".to_owned(),
-                    });
+                // Beside a block, whose registers do not show, they would be free for anything.
+                None if in_block(path) => {
+                    report(path, "a register in place of one of the block".to_owned());
                 }
                 None if cell.kind != "$dff" || !is_clocked(cell, "", clock) => {
-                    let path = bits().next().and_then(|bit| known.get(&bit));
-                    extra.push(Extra {
-                        path: path.map_or(&**name, |path| path).to_owned(),
-                        what: format!("a register that changes at something else than a rising edge of {CLOCK}"),
-                    });
+                    let what = "a register that changes at something else than a rising edge of";
+                    report(path, format!("{what} {CLOCK}"));
                 }
                 None => found.extend(bits().filter_map(|bit| known.get(&bit).copied())),
                 Some(bit) => {
                     let path = names.get(&bit).map_or(&**name, |name| name);
-                    let kind = if cell.kind.contains("latch") {
-                        "latch"
-                    } else {
-                        "register"
+                    let kind = match cell.kind.contains("latch") {
+                        true => "latch",
+                        false => "register",
                     };
-                    extra.push(Extra {
-                        path: path.to_owned(),
-                        what: format!("a {kind} of {} bits", q.len()),
-                    });
+                    report(path, format!("a {kind} of {} bits", q.len()));
                 }
             }
         } else if !cell.kind.starts_with('$') {
@@ -295,26 +284,27 @@ fn state(
     (found.len(), memories, extra.into_iter().next())
 }
 
+fn bits_of(bits: &[serde_json::Value]) -> impl Iterator<Item = u64> {
+    bits.iter().filter_map(serde_json::Value::as_u64)
+}
+
 /// The bits that reach an output of the core, or a block, in whatever number of cycles.
 fn live_bits(module: &Module) -> HashSet<u64> {
-    let bits = |bits: &[serde_json::Value]| -> Vec<u64> {
-        bits.iter().filter_map(serde_json::Value::as_u64).collect()
-    };
     let mut driver: HashMap<u64, &Cell> = HashMap::new();
     let mut left: Vec<u64> = Vec::new();
     for cell in module.cells.values() {
         for (port, wires) in &cell.connections {
             match cell.port_directions.get(port).map(String::as_str) {
-                Some("output") => driver.extend(bits(wires).into_iter().map(|bit| (bit, cell))),
+                Some("output") => driver.extend(bits_of(wires).map(|bit| (bit, cell))),
                 // A block: what it does with it is not known.
-                None => left.extend(bits(wires)),
-                Some(_) if !cell.kind.starts_with('$') => left.extend(bits(wires)),
+                None => left.extend(bits_of(wires)),
+                Some(_) if !cell.kind.starts_with('$') => left.extend(bits_of(wires)),
                 Some(_) => {}
             }
         }
     }
     let ports = module.ports.values().filter(|p| p.direction != "input");
-    left.extend(ports.flat_map(|p| bits(&p.bits)));
+    left.extend(ports.flat_map(|p| bits_of(&p.bits)));
     let mut live = HashSet::new();
     let mut seen: HashSet<*const Cell> = HashSet::new();
     while let Some(bit) = left.pop() {
@@ -328,7 +318,7 @@ fn live_bits(module: &Module) -> HashSet<u64> {
                     .get(*port)
                     .is_none_or(|d| d != "output")
             });
-            left.extend(inputs.flat_map(|(_, wires)| bits(wires)));
+            left.extend(inputs.flat_map(|(_, wires)| bits_of(wires)));
         }
     }
     live
@@ -337,7 +327,7 @@ fn live_bits(module: &Module) -> HashSet<u64> {
 /// Whether each clock of a register or of a memory's write ports is the core's, and its rising edge
 /// counts.
 fn is_clocked(cell: &Cell, prefix: &str, clock: Option<&serde_json::Value>) -> bool {
-    let all = |name: &str, bit: char| !text(cell, name).contains(bit);
+    let all = |name: &str, bit: char| !parameter(cell, name).contains(bit);
     let port = format!("{prefix}CLK");
     let is_clock = |bits: &Vec<serde_json::Value>| bits.iter().all(|bit| Some(bit) == clock);
     cell.connections.get(&port).is_some_and(is_clock)
@@ -356,38 +346,12 @@ struct Block {
 
 impl Block {
     fn read(model: &Text) -> Self {
-        let code: String = model
-            .text
-            .lines()
-            .filter_map(|line| line.split("//").next())
-            .flat_map(|line| [line, "\n"])
-            .collect();
-        // Parameters and ports, each kind named once for as many as follow.
-        let head = code.split(");").next().unwrap_or("");
-        let (mut outputs, mut parameters) = (HashSet::new(), HashSet::new());
-        let mut kind = "";
-        for item in head.split(|c: char| ",()".contains(c)) {
-            let item = item.split('=').next().unwrap_or("");
-            let mut words = item.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
-            for word in words.clone() {
-                if ["input", "output", "inout", "parameter"].contains(&word) {
-                    kind = word;
-                }
-            }
-            let Some(name) = words.rfind(|word| !word.is_empty()) else {
-                continue;
-            };
-            match kind {
-                "output" => outputs.insert(name.to_owned()),
-                "parameter" => parameters.insert(name.to_owned()),
-                _ => continue,
-            };
-        }
+        let (outputs, parameters, clocked) = text::interface(&model.text);
         Self {
             name: model.name.trim_end_matches(".v").to_owned(),
             outputs,
             parameters,
-            clocked: code.contains("posedge"),
+            clocked,
         }
     }
 
@@ -482,7 +446,7 @@ fn number(cell: &Cell, name: &str) -> u64 {
     }
 }
 
-fn text<'a>(cell: &'a Cell, name: &str) -> &'a str {
+fn parameter<'a>(cell: &'a Cell, name: &str) -> &'a str {
     cell.parameters
         .get(name)
         .and_then(|value| value.as_str())

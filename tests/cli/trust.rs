@@ -5,6 +5,15 @@ use std::os::unix::fs::symlink;
 
 use super::harness::{Place, Ran, ran};
 
+const VERIFY: [&str; 6] = [
+    "verify",
+    "build/tiny",
+    "--random",
+    "2",
+    "--simulators",
+    "icarus",
+];
+
 /// Runs `verify` in Icarus with a runtime that does what it shall, and then `after` with the path
 /// of the dump in `$dump`.
 fn verify_with(place: &Place, after: &str) -> Ran {
@@ -20,14 +29,7 @@ fn verify_with(place: &Place, after: &str) -> Ran {
         ),
     );
     let own = place.path("bin");
-    let mut command = place.command(&[
-        "verify",
-        "build/tiny",
-        "--random",
-        "2",
-        "--simulators",
-        "icarus",
-    ]);
+    let mut command = place.command(&VERIFY);
     command.env("PATH", format!("{}:{path}", own.display()));
     ran(command.output().expect("starts"))
 }
@@ -71,25 +73,17 @@ fn without_yosys_the_verdict_says_that_the_structure_was_not_checked() {
             .find(|path| path.is_file());
         symlink(real.expect(tool), own.join(tool)).expect("linked");
     }
-    let arguments = [
-        "verify",
-        "build/tiny",
-        "--random",
-        "2",
-        "--simulators",
-        "icarus",
-    ];
-    let ran = place.run_with_path(&own, &arguments);
+    let ran = place.run_with_path(&own, &VERIFY);
     ran.exits(0);
     let verdict = ran.stdout.lines().last().expect("a verdict");
     assert!(verdict.starts_with("verified: "), "{verdict}");
     assert!(verdict.contains("structure: not checked"), "{verdict}");
     let json = place
-        .run_with_path(&own, &[&arguments[..], &["--json"]].concat())
+        .run_with_path(&own, &[&VERIFY[..], &["--json"]].concat())
         .json();
     assert_eq!(json["structure"]["checked"], false, "{json}");
 
-    let (ran, json) = place.json(&arguments);
+    let (ran, json) = place.json(&VERIFY);
     ran.exits(0);
     assert_eq!(json["structure"]["checked"], true, "{json}");
 }

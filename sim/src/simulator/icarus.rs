@@ -30,6 +30,8 @@ pub(super) fn build(tools: &Toolbox, plan: &BuildPlan) -> Result<Built, ToolErro
     let scratch = Scratch::new("hwgen-icarus-", &temporary).map_err(io(&temporary))?;
     let mut arguments: Vec<OsString> = [
         "-g2005",
+        // Else values of parameters have as many bits as they need, unlike in synthesis.
+        "-gstrict-expr-width",
         "-Wall",
         // Cells that are synthesised carry no `timescale; only the bench has delays.
         "-Wno-timescale",

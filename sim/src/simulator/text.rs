@@ -7,6 +7,8 @@
 mod block;
 mod token;
 
+use std::collections::HashSet;
+
 use block::Event;
 use token::{Kind, Token, tokens};
 
@@ -63,6 +65,7 @@ const COMMANDS: [&str; 8] = [
     "synthesis_off",
     "vcs",
 ];
+
 /// The first thing that is refused: its line, from 1, and what it is.
 pub(super) fn refused(text: &str) -> Option<(usize, String)> {
     // Where a line ends for one tool and not for another, a comment does.
@@ -104,6 +107,27 @@ pub(super) fn modules(text: &str) -> Vec<(usize, String)> {
             )
         })
         .collect()
+}
+
+/// What a model of a block has: names of its outputs, of its parameters, and whether it has registers.
+pub(crate) fn interface(text: &str) -> (HashSet<String>, HashSet<String>, bool) {
+    let code = tokens(text)
+        .into_iter()
+        .filter(|token| token.kind != Kind::Comment);
+    let code: Vec<Token> = code.collect();
+    let clocked = code.iter().any(|token| token.text == "posedge");
+    let (mut outputs, mut parameters) = (HashSet::new(), HashSet::new());
+    let mut kind = "";
+    for pair in code.windows(2) {
+        match (pair[0].text, pair[1].text) {
+            (")", ";") => break,
+            (keyword @ ("input" | "output" | "inout" | "parameter"), _) => kind = keyword,
+            (name, "=") if kind == "parameter" => drop(parameters.insert(name.to_owned())),
+            (name, "," | ")") if kind == "output" => drop(outputs.insert(name.to_owned())),
+            _ => {}
+        }
+    }
+    (outputs, parameters, clocked)
 }
 
 /// The first token of the code that is refused.
@@ -161,6 +185,12 @@ fn rule<'a, 'b>(code: &'b [Token<'a>]) -> Option<(&'b Token<'a>, String)> {
                         Some("an `always` that is neither `@*` nor `@(posedge <clock>)`".into())
                     }
                 }
+            }
+            Kind::Word if ["initial", "reg"].contains(&text) => {
+                if let Some(at) = block::initial_value(code, i) {
+                    return Some((&code[at], "an initial value that is no constant".into()));
+                }
+                None
             }
             Kind::Word if token::is_reserved(text) && !KEYWORDS.contains(&text) => {
                 Some(format!("`{text}`"))
@@ -391,6 +421,9 @@ mod tests {
             "begin : g_a\nwire b = c;\nend\nwire d = g_a[2 * i[0]].b & g_a.b;",
             "always @* begin for (i = 0; i < 4; i = i + 1) if (a <= b) c[i] = d <= e; else c[i] = 1'b0; end",
             "always @(posedge clk_i) case (a)\n4'd0: b <= c <= d;\ndefault: b <= 1'b0;\nendcase\nwire e = 1'b0;",
+            "localparam integer W = 4, V = 2;\nreg [W-1:0] a = {V{2'b0}}, b = W;\nreg [3:0] m [0:1];\n\
+             genvar g;\ninitial m[g] = {W{1'b0}};\nassign c = a;",
+            "always @(posedge clk_i) if (a) if (b) c <= d; else c <= e; else c <= f;\nassign g = h;",
             "(* rom_style = \"logic\" *) reg [3:0] rom [0:15];",
         ] {
             assert_eq!(refused(text), None, "{text}");

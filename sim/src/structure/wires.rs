@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
 
 use serde_json::Value;
 
-use super::{Block, Cell, Extra, Module, is_state, live_bits, number, text};
+use super::{Block, Cell, Extra, Module, bits_of, is_state, live_bits, number, parameter};
 use crate::trace::CLOCK;
 
 /// Cells each bit of whose result comes of the same bit of each operand.
@@ -117,7 +117,7 @@ impl<'a> Wires<'a> {
             let reads_beyond = cell.kind.starts_with("$mem") && number(cell, "WR_PORTS") == 0 && {
                 let words =
                     1_u64.checked_shl(u32::try_from(number(cell, "ABITS")).unwrap_or(u32::MAX));
-                words != Some(number(cell, "SIZE")) || text(cell, "INIT").contains('x')
+                words != Some(number(cell, "SIZE")) || parameter(cell, "INIT").contains('x')
             };
             if is_live && (UNSAFE.contains(&&*cell.kind) || reads_beyond) {
                 return self.at(self.behind(cell), "a cell that makes unknown bits");
@@ -150,15 +150,22 @@ impl<'a> Wires<'a> {
     /// Whether a choice is read by write ports of memories alone, whose address and data are unknown while
     /// they are not written.
     fn is_for_writes(&self, cell: &Cell, live: &HashSet<u64>) -> bool {
-        let made = self.made(cell);
-        let readers = made
-            .iter()
-            .flat_map(|bit| self.readers.get(bit).into_iter().flatten());
-        readers.into_iter().all(|reader| {
-            reader.kind.starts_with("$mem")
-                || !self.made(reader).iter().any(|bit| live.contains(bit))
-                || reader.kind == "$mux" && self.is_for_writes(reader, live)
-        })
+        let (mut left, mut seen) = (self.made(cell), HashSet::new());
+        while let Some(bit) = left.pop() {
+            for reader in self.readers.get(&bit).into_iter().flatten() {
+                let made = self.made(reader);
+                if reader.kind.starts_with("$mem") || !made.iter().any(|bit| live.contains(bit)) {
+                    continue;
+                }
+                if reader.kind != "$mux" {
+                    return false;
+                }
+                if seen.insert(std::ptr::from_ref(*reader)) {
+                    left.extend(made);
+                }
+            }
+        }
+        true
     }
 
     /// What is wrong, at the first of the bits that has a name.
@@ -211,10 +218,6 @@ impl<'a> Wires<'a> {
         }
         sources
     }
-}
-
-fn bits_of(bits: &[Value]) -> impl Iterator<Item = u64> {
-    bits.iter().filter_map(Value::as_u64)
 }
 
 /// The bits of a loop: each comes of the one behind it, and the last of the first.

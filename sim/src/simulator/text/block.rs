@@ -75,41 +75,90 @@ pub(super) fn refused(
 /// Names of parameters and of variables of loops.
 fn constants<'a>(code: &[Token<'a>]) -> HashSet<&'a str> {
     let mut names = HashSet::new();
-    for (i, token) in code.iter().enumerate() {
-        match token.text {
-            "parameter" | "localparam" => {
-                let name = code[i..].iter().take_while(|t| t.text != "=").last();
-                names.extend(name.map(|name| name.text));
+    let mut kind = "";
+    for pair in code.windows(2) {
+        match pair[0].text {
+            // The type of a parameter.
+            "integer" if ["parameter", "localparam"].contains(&kind) => {}
+            keyword @ ("parameter" | "localparam" | "integer" | "genvar") => kind = keyword,
+            ";" => kind = "",
+            name if ["integer", "genvar"].contains(&kind) && [",", ";"].contains(&pair[1].text) => {
+                names.insert(name);
             }
-            "integer" | "genvar" => names.extend(code.get(i + 1).map(|name| name.text)),
+            name if ["parameter", "localparam"].contains(&kind) && pair[1].text == "=" => {
+                names.insert(name);
+            }
             _ => {}
         }
     }
     names
 }
 
-/// Index behind the statement that begins at `at`.
-fn statement_end(code: &[Token<'_>], at: usize) -> usize {
-    let Some(token) = code.get(at) else {
-        return code.len();
+/// The first name in an initial value that is no constant: it is read once by a simulator, and who
+/// knows how often by synthesis. `at` is the place of `initial`, or of `reg` in a declaration.
+pub(super) fn initial_value(code: &[Token<'_>], at: usize) -> Option<usize> {
+    let constant = constants(code);
+    let end = match code[at].text {
+        "initial" => statement_end(code, at + 1),
+        _ => statement_end(code, at),
     };
-    match token.text {
-        _ if token.kind == Kind::Attribute => statement_end(code, at + 1),
-        "begin" => behind(code, at, ("begin", "end")),
-        "case" => behind(code, at, ("case", "endcase")),
-        "for" => statement_end(code, behind(code, at + 1, ("(", ")"))),
-        "if" => {
-            let end = statement_end(code, behind(code, at + 1, ("(", ")")));
-            match code.get(end) {
-                Some(token) if token.text == "else" => statement_end(code, end + 1),
-                _ => end,
+    let (mut depth, mut value) = (0_usize, false);
+    for (i, token) in code.iter().enumerate().take(end).skip(at) {
+        match token.text {
+            "(" | "[" | "{" => depth += 1,
+            ")" | "]" | "}" => depth = depth.saturating_sub(1),
+            ";" => value = false,
+            "," if depth == 0 => value = false,
+            "=" if depth == 0 => value = true,
+            name if value && token.kind == Kind::Word && !is_reserved(name) => {
+                if !constant.contains(name) {
+                    return Some(i);
+                }
             }
-        }
-        _ => {
-            let length = code[at..].iter().position(|token| token.text == ";");
-            length.map_or(code.len(), |length| at + length + 1)
+            _ => {}
         }
     }
+    None
+}
+
+/// Index behind the statement that begins at `at`.
+fn statement_end(code: &[Token<'_>], mut at: usize) -> usize {
+    // Conditions whose `else` may still come, the innermost first to take it.
+    let mut open = 0_usize;
+    while let Some(token) = code.get(at) {
+        match token.text {
+            _ if token.kind == Kind::Attribute => {
+                at += 1;
+                continue;
+            }
+            "for" => {
+                at = behind(code, at + 1, ("(", ")"));
+                continue;
+            }
+            "if" => {
+                open += 1;
+                at = behind(code, at + 1, ("(", ")"));
+                continue;
+            }
+            "begin" => at = behind(code, at, ("begin", "end")),
+            "case" => at = behind(code, at, ("case", "endcase")),
+            _ => {
+                let length = code[at..].iter().position(|token| token.text == ";");
+                at = length.map_or(code.len(), |length| at + length + 1);
+            }
+        }
+        if open == 0 {
+            return at;
+        }
+        match code.get(at) {
+            Some(token) if token.text == "else" => {
+                open -= 1;
+                at += 1;
+            }
+            _ => return at,
+        }
+    }
+    code.len()
 }
 
 /// Index behind the token that closes what `at` opens.
