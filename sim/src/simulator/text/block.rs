@@ -110,10 +110,12 @@ pub(super) fn initial_value(code: &[Token<'_>], at: usize) -> Option<usize> {
             ";" => value = false,
             "," if depth == 0 => value = false,
             "=" if depth == 0 => value = true,
-            name if value && token.kind == Kind::Word && !is_reserved(name) => {
-                if !constant.contains(name) {
-                    return Some(i);
-                }
+            name if value
+                && token.kind == Kind::Word
+                && !is_reserved(name)
+                && !constant.contains(name) =>
+            {
+                return Some(i);
             }
             _ => {}
         }
